@@ -1,0 +1,123 @@
+"""The contract of a source, and the register in which sources are found by what they read."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from kendon.errors import DataError, ParameterError, UnknownNameError
+from kendon.geometry import Vec3
+from kendon.person import PersonFrame
+from kendon.robots.base import Robot
+
+
+@dataclass(frozen=True)
+class CameraMount:
+    """Where the camera sits on the robot: its optical centre and tilt in ``base_footprint``."""
+
+    position: Vec3 = (0.0, 0.0, 1.2)  # [m]
+    yaw: float = 0.0  # [rad], positive to the left
+    pitch: float = 0.0  # [rad], positive looks down (REP-103)
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(v) for v in (*self.position, self.yaw, self.pitch)):
+            raise ParameterError(f"a camera mount needs finite numbers, not {self}")
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """What a user may say about how a source is to be read."""
+
+    camera: CameraMount = CameraMount()
+    fov: float | None = None  # horizontal field of view of the camera [rad]; None = 60 degrees
+    model_files: Path | None = None  # a folder that holds the neural networks' files
+
+
+class Source(ABC):
+    """One person seen over time: an iterable of frames in the order of their stamps.
+
+    A source that sees nobody yields a frame with unknown head, so that time goes on.
+    """
+
+    #: The name the source is registered under.
+    name: ClassVar[str]
+    #: One line for `kendon sources`: what it reads.
+    reads: ClassVar[str]
+    #: How it is named on the command line.
+    example: ClassVar[str]
+    #: Whether frames arrive as they happen (a device) rather than as fast as they are read.
+    live: ClassVar[bool] = False
+
+    @classmethod
+    @abstractmethod
+    def recognises(cls, spec: str) -> bool:
+        """Whether this source reads `spec` (a path, or a word such as ``camera:0``)."""
+
+    @classmethod
+    @abstractmethod
+    def open(cls, spec: str, options: SourceOptions) -> Source:
+        """Open it.
+
+        Raises:
+            DataError: there is something wrong with what it reads.
+            MissingExtraError: it needs an extra that is not installed.
+        """
+
+    @abstractmethod
+    def frames(self) -> Iterator[PersonFrame]:
+        """The person, frame by frame, with growing stamps [s]."""
+
+    def attach(self, robot: Robot) -> None:
+        """Tell the source which robot it is in the presence of; called once before `frames`.
+
+        Only a simulated person, who can react, makes use of it.
+        """
+
+
+_REGISTER: dict[str, type[Source]] = {}
+
+
+def register(source: type[Source]) -> type[Source]:
+    """Class decorator: make a source known by its name."""
+    _REGISTER[source.name] = source
+    return source
+
+
+def registered_sources() -> dict[str, type[Source]]:
+    """All sources by name, in the order in which they are asked whether they recognise a file."""
+    return dict(_REGISTER)
+
+
+def open_source(
+    spec: str | Path, options: SourceOptions | None = None, *, name: str | None = None
+) -> Source:
+    """Open a file or device with the source that recognises it, or with the named one.
+
+    Raises:
+        UnknownNameError: no source has that name.
+        DataError: the file is missing, or no source recognises it.
+    """
+    spec = str(spec)
+    options = options or SourceOptions()
+    if name is not None:
+        if name not in _REGISTER:
+            raise UnknownNameError("source", name, _REGISTER)
+        return _REGISTER[name].open(spec, options)
+    for source in _REGISTER.values():
+        if source.recognises(spec):
+            return source.open(spec, options)
+    path = Path(spec)
+    if not path.exists():
+        raise DataError(
+            f"there is no such file, and no source goes by that name; valid names:"
+            f" {', '.join(_REGISTER)}",
+            file=path,
+        )
+    if path.is_dir():
+        raise DataError("this is a folder; name the files in it, for example DIR/*.csv", file=path)
+    readable = "; ".join(f"{s.name}: {s.reads}" for s in _REGISTER.values())
+    raise DataError(f"no source recognises this file; kendon reads {readable}", file=path)
