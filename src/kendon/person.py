@@ -1,16 +1,19 @@
-"""What kendon knows of one person: at one instant (`PersonFrame`) and over time (`Track`)."""
+"""What kendon knows of one person: at one instant (`PersonFrame`) and over time (`Track`).
+
+Points are in the robot's ``base_footprint`` at that instant (REP-105: x forward, y left, z
+up, on the floor under the robot), unless said otherwise. What is not known is NaN.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kendon.errors import DataError
+from kendon.errors import ParameterError
 from kendon.geometry import (
     ORIGIN,
     UNKNOWN_POINT,
@@ -23,34 +26,28 @@ from kendon.geometry import (
 )
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: The joints of the upper body, the person's own left and right.
 JOINTS: tuple[str, ...] = tuple(
     f"{side}_{joint}" for side in "lr" for joint in ("shoulder", "elbow", "wrist", "hip")
 )
 
-#: The gesture probabilities that can be given by hand, as the thesis's keys gave them.
+#: The gesture probabilities that can be given by hand, as the thesis's keys gave them (3.3.5).
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
 
-#: Farther than this nobody is greeted; a larger coordinate is a mistaken unit [m].
-MAX_COORDINATE = 100.0
-
-_NO_JOINTS: Mapping[str, Vec3] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
 class PersonFrame:
-    """One person at one instant, seen from the robot. What is not known is NaN.
-
-    Points and directions are in the robot's ``base_footprint`` at that instant (REP-105).
-    """
+    """One person at one instant, seen from the robot."""
 
     t: float  # [s]
     head: Vec3 = UNKNOWN_POINT  # [m], the face
-    head_rotation: Quaternion = UNKNOWN_ROTATION  # x out of the face, y to the person's left, z up
+    rotation: Quaternion = UNKNOWN_ROTATION  # of the head: x out of the face, y left, z up
     eyes: tuple[Vec3, Vec3] | None = None  # [m], centres of the person's left and right eye
     eye_gaze: tuple[Vec3, Vec3] | None = None  # directions out of those eyes
-    joints: Mapping[str, Vec3] = _NO_JOINTS  # [m], by the names in JOINTS
+    joints: Mapping[str, Vec3] = field(default_factory=dict)  # [m], by the names in JOINTS
     smile: float = math.nan  # [0-5], the mean of AU06 and AU12 (thesis 3.11)
     dsal: float = math.nan  # [probability], given by hand
     csal: float = math.nan  # [probability], given by hand
@@ -59,7 +56,7 @@ class PersonFrame:
 
     @property
     def seen(self) -> bool:
-        """Whether the face's position is known."""
+        """Whether the face's place on the ground is known."""
         return math.isfinite(self.head[0]) and math.isfinite(self.head[1])
 
     def seen_from(self, robot: Pose2D) -> PersonFrame:
@@ -67,22 +64,159 @@ class PersonFrame:
         if robot == self.robot:
             return self
         old = self.robot
-        turn = yaw_quaternion(old.yaw - robot.yaw)
+        c, s = math.cos(old.yaw - robot.yaw), math.sin(old.yaw - robot.yaw)
 
         def move(point: Vec3) -> Vec3:
             return robot.to_local(old.to_world(point))
 
-        def rotate(direction: Vec3) -> Vec3:
-            c, s = math.cos(old.yaw - robot.yaw), math.sin(old.yaw - robot.yaw)
+        def turn(direction: Vec3) -> Vec3:
             x, y, z = direction
             return (c * x - s * y, s * x + c * y, z)
 
         return replace(
             self,
             head=move(self.head),
-            head_rotation=compose(turn, self.head_rotation),
+            rotation=compose(yaw_quaternion(old.yaw - robot.yaw), self.rotation),
             eyes=self.eyes and (move(self.eyes[0]), move(self.eyes[1])),
-            eye_gaze=self.eye_gaze and (rotate(self.eye_gaze[0]), rotate(self.eye_gaze[1])),
+            eye_gaze=self.eye_gaze and (turn(self.eye_gaze[0]), turn(self.eye_gaze[1])),
             joints={name: move(point) for name, point in self.joints.items()},
             robot=robot,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One person over time as arrays, one row a frame; T frames in the order of their stamps."""
+
+    t: FloatArray  # (T,) [s]
+    head: FloatArray  # (T, 3) [m]
+    rotation: FloatArray  # (T, 4) quaternion x y z w of the head frame
+    eyes: FloatArray  # (T, 2, 3) [m], left then right
+    eye_gaze: FloatArray  # (T, 2, 3) directions, left then right
+    joints: Mapping[str, FloatArray]  # name -> (T, 3) [m]; only joints that were tracked
+    smile: FloatArray  # (T,) [0-5]
+    gestures: FloatArray  # (T, 3) [probability] in the order of GESTURES, given by hand
+    robot: FloatArray  # (T, 3) x y [m] yaw [rad] of the robot in the world
+    phases: IntArray | None = None  # (T,) true phase 1-6, 0 = not greeting, -1 = not labelled
+    name: str = ""
+
+    @classmethod
+    def build(
+        cls,
+        t: FloatArray,
+        head: FloatArray,
+        *,
+        rotation: FloatArray | None = None,
+        eyes: FloatArray | None = None,
+        eye_gaze: FloatArray | None = None,
+        joints: Mapping[str, FloatArray] | None = None,
+        smile: FloatArray | None = None,
+        gestures: FloatArray | None = None,
+        robot: FloatArray | None = None,
+        phases: IntArray | None = None,
+        name: str = "",
+    ) -> Track:
+        """A track from what is known; the rest is unknown, and the robot stands at the origin.
+
+        Raises:
+            ParameterError: the shapes do not fit, or the stamps do not grow.
+        """
+        n = len(t)
+
+        def known(values: FloatArray | None, *shape: int, fill: float = math.nan) -> FloatArray:
+            if values is None:
+                return np.full((n, *shape), fill)
+            if np.shape(values) != (n, *shape):
+                raise ParameterError(
+                    f"a track of {n} frames needs arrays of shape {(n, *shape)},"
+                    f" not {np.shape(values)}"
+                )
+            return np.asarray(values, dtype=float)
+
+        if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
+            raise ParameterError("the stamps of a track must be finite and grow from row to row")
+        return cls(
+            t=known(t),
+            head=known(head, 3),
+            rotation=known(rotation, 4),
+            eyes=known(eyes, 2, 3),
+            eye_gaze=known(eye_gaze, 2, 3),
+            joints={joint: known(points, 3) for joint, points in (joints or {}).items()},
+            smile=known(smile),
+            gestures=known(gestures, len(GESTURES)),
+            robot=known(robot, 3, fill=0.0),
+            phases=phases,
+            name=name,
+        )
+
+    @classmethod
+    def from_frames(cls, frames: Iterable[PersonFrame], name: str = "") -> Track:
+        """The track of frames in the order of their stamps.
+
+        Raises:
+            ParameterError: the stamps do not grow.
+        """
+        frames = list(frames)
+        unknown_pair = (UNKNOWN_POINT, UNKNOWN_POINT)
+        joints = {joint for frame in frames for joint in frame.joints}
+
+        def column(values: list[object], *shape: int) -> FloatArray:
+            return np.array(values, dtype=float).reshape(len(frames), *shape)
+
+        return cls.build(
+            column([f.t for f in frames]),
+            column([f.head for f in frames], 3),
+            rotation=column([f.rotation for f in frames], 4),
+            eyes=column([f.eyes or unknown_pair for f in frames], 2, 3),
+            eye_gaze=column([f.eye_gaze or unknown_pair for f in frames], 2, 3),
+            joints={
+                j: column([f.joints.get(j, UNKNOWN_POINT) for f in frames], 3)
+                for j in sorted(joints)
+            },
+            smile=column([f.smile for f in frames]),
+            gestures=column([(f.dsal, f.csal, f.hdip) for f in frames], 3),
+            robot=column([f.robot for f in frames], 3),
+            name=name,
+        )
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def duration(self) -> float:
+        """From the first frame to the last [s]."""
+        return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
+
+    def __iter__(self) -> Iterator[PersonFrame]:
+        has_eyes = np.isfinite(self.eyes).any(axis=(1, 2)).tolist()
+        eyes, gaze = self.eyes.tolist(), self.eye_gaze.tolist()
+        head, rotation = self.head.tolist(), self.rotation.tolist()
+        joints = {name: points.tolist() for name, points in self.joints.items()}
+        smile, gestures, robot = self.smile.tolist(), self.gestures.tolist(), self.robot.tolist()
+        for i, t in enumerate(self.t.tolist()):
+            yield PersonFrame(
+                t,
+                tuple(head[i]),
+                tuple(rotation[i]),
+                (tuple(eyes[i][0]), tuple(eyes[i][1])) if has_eyes[i] else None,
+                (tuple(gaze[i][0]), tuple(gaze[i][1])) if has_eyes[i] else None,
+                {name: tuple(points[i]) for name, points in joints.items()},
+                smile[i],
+                *gestures[i],
+                robot=Pose2D(*robot[i]),
+            )
+
+    def with_gestures_from_phases(self) -> Track:
+        """The track as if a person had pressed the thesis's keys (3.3.5) during each phase.
+
+        dsal is 1 in a Distance Salutation and 0 elsewhere, csal in a Close Salutation, hdip in
+        a Head Dip; frames that are not labelled stay as they are.
+
+        Raises:
+            ParameterError: the track has no true phases.
+        """
+        if self.phases is None:
+            raise ParameterError(f"{self.name or 'the track'} has no true phases to press keys by")
+        keys = np.stack([self.phases == number for number in (2, 6, 3)], axis=1).astype(float)
+        labelled = (self.phases >= 0)[:, None]
+        return replace(self, gestures=np.where(labelled, keys, self.gestures))

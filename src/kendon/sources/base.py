@@ -34,7 +34,12 @@ class SourceOptions:
 
     camera: CameraMount = CameraMount()
     fov: float | None = None  # horizontal field of view of the camera [rad]; None = 60 degrees
+    fps: float | None = None  # frames a second, where a file's own stamps are missing or no clock
     model_files: Path | None = None  # a folder that holds the neural networks' files
+
+    def __post_init__(self) -> None:
+        if self.fps is not None and not 1 <= self.fps <= 1000:
+            raise ParameterError(f"frames a second lie between 1 and 1000, not {self.fps:g}")
 
 
 class Source(ABC):
@@ -51,6 +56,11 @@ class Source(ABC):
     example: ClassVar[str]
     #: Whether frames arrive as they happen (a device) rather than as fast as they are read.
     live: ClassVar[bool] = False
+
+    #: Whether the person reacts to the robot; the person of a recording cannot.
+    reacts: ClassVar[bool] = False
+    #: What a user should know about how this file was read, one sentence each.
+    notes: tuple[str, ...] = ()
 
     @classmethod
     @abstractmethod

@@ -1,0 +1,180 @@
+"""The greeting model: six phases, seven features, a belief that follows a person."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendon.errors import ParameterError
+from kendon.models import hmm
+from kendon.observations import FEATURES, Observation
+from kendon.person import FloatArray, IntArray
+from kendon.phases import Phase
+
+_PHASES = len(Phase)
+_FEATURES = len(FEATURES)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Belief:
+    """The distribution over phases after the observations so far, P(phase_t | o_1..o_t)."""
+
+    probabilities: FloatArray  # (6,), in the order of the phases' numbers
+
+    @property
+    def phase(self) -> Phase:
+        """The most probable phase (thesis Algorithm 1, line 27)."""
+        return Phase(int(self.probabilities.argmax()) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class GreetingModel:
+    """A Gaussian HMM over Kendon's phases with diagonal covariances (thesis 2.2, 3.4).
+
+    Raises:
+        ParameterError: a shape is wrong, a value is not finite, probabilities are negative or
+            do not sum to one (within 0.002, the thesis's rounding; they are then normalised),
+            or a variance is not positive.
+    """
+
+    startprob: FloatArray  # (6,)
+    transmat: FloatArray  # (6, 6), from row to column
+    means: FloatArray  # (6, 7), SI units
+    variances: FloatArray  # (6, 7), SI units squared
+    name: str = "unnamed"
+    title: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        shapes = {
+            "startprob": (_PHASES,),
+            "transmat": (_PHASES, _PHASES),
+            "means": (_PHASES, _FEATURES),
+            "variances": (_PHASES, _FEATURES),
+        }
+        for field, shape in shapes.items():
+            value = np.array(getattr(self, field), dtype=float)
+            if value.shape != shape:
+                raise ParameterError(
+                    f"model {self.name!r}: {field} has shape {value.shape} instead of {shape}"
+                )
+            if not np.isfinite(value).all():
+                raise ParameterError(f"model {self.name!r}: {field} holds a value that is not finite")
+            if field in ("startprob", "transmat"):
+                total = value.sum(axis=-1, keepdims=True)
+                if (value < 0).any() or (abs(total - 1) > 2e-3).any():
+                    raise ParameterError(
+                        f"model {self.name!r}: {field} must hold probabilities that sum to 1"
+                        f"{' in each row' if field == 'transmat' else ''},"
+                        f" not {np.array2string(total.ravel(), precision=4)}"
+                    )
+                value = value / total
+            elif field == "variances" and (value <= 0).any():
+                raise ParameterError(f"model {self.name!r}: every variance must be positive")
+            value.setflags(write=False)
+            object.__setattr__(self, field, value)
+
+    def filter(self, X: FloatArray) -> FloatArray:
+        """The belief after each observation, P(phase_t | x_1..x_t) (thesis Algorithm 1).
+
+        Args:
+            X: observations, shape (T, 7) in the order of FEATURES, NaN = unknown.
+
+        Returns:
+            Shape (T, 6), rows sum to one.
+
+        Raises:
+            ParameterError: X has another shape or holds a value beyond all measure.
+        """
+        return self.forward(X).probabilities
+
+    def forward(self, X: FloatArray) -> hmm.Filtered:
+        """Filtered and predicted probabilities and the log-likelihood in one pass.
+
+        Raises:
+            ParameterError: X has another shape or holds a value beyond all measure.
+        """
+        return hmm.forward(self.startprob, self.transmat, self._log_emissions(X))
+
+    def decode(self, X: FloatArray) -> IntArray:
+        """The most probable sequence of phases, numbers 1-6, shape (T,) (thesis 2.7-2.12).
+
+        Raises:
+            ParameterError: X has another shape or holds a value beyond all measure.
+        """
+        return hmm.viterbi(self.startprob, self.transmat, self._log_emissions(X))[0] + 1
+
+    def log_likelihood(self, X: FloatArray) -> float:
+        """log P(X | model) over its known values (thesis 2.6).
+
+        Raises:
+            ParameterError: X has another shape or holds a value beyond all measure.
+        """
+        return self.forward(X).log_likelihood
+
+    def tracker(self) -> Tracker:
+        """A tracker that has seen nothing yet."""
+        return Tracker(self)
+
+    @functools.cached_property
+    def emission(self) -> hmm.Emission:
+        """The emissions, prepared for evaluation."""
+        return hmm.Emission.of(self.means, self.variances)
+
+    def _log_emissions(self, X: FloatArray) -> FloatArray:
+        X = np.asarray(X, dtype=float)
+        if X.ndim != 2 or X.shape[1] != _FEATURES or not len(X):
+            raise ParameterError(
+                f"observations have shape (T, {_FEATURES}) with T at least 1, not {X.shape};"
+                f" the columns are {', '.join(FEATURES)}"
+            )
+        with np.errstate(over="ignore"):
+            log_emissions = hmm.log_emissions(X, self.means, self.variances)
+        if not np.isfinite(log_emissions).all():
+            row = int(np.argmin(np.isfinite(log_emissions).all(axis=1)))
+            raise ParameterError(
+                f"observation {row} holds a value beyond all measure, {X[row]}; use NaN for unknown"
+            )
+        return log_emissions
+
+
+class Tracker:
+    """Follows one greeting, one observation at a time; gives what the batch filter gives."""
+
+    def __init__(self, model: GreetingModel) -> None:
+        self.model = model
+        self._emission = model.emission
+        self._transmat = model.transmat
+        self._prediction = model.startprob
+
+    def step(self, x: FloatArray | Sequence[float] | Observation) -> Belief:
+        """Take in the next observation and return the belief after it (thesis Algorithm 1).
+
+        Args:
+            x: the seven features in the order of FEATURES, or an Observation; NaN = unknown.
+
+        Raises:
+            ParameterError: there are not seven, or one is beyond all measure.
+        """
+        values = x.values if isinstance(x, Observation) else np.asarray(x, dtype=float)
+        if values.shape != (_FEATURES,):
+            raise ParameterError(
+                f"an observation has {_FEATURES} features ({', '.join(FEATURES)}),"
+                f" not shape {values.shape}"
+            )
+        log_emission = self._emission.log_likelihood(values)
+        if not math.isfinite(log_emission[0]):
+            raise ParameterError(
+                f"an observation holds a value beyond all measure, {values}; use NaN for unknown"
+            )
+        probabilities, _ = hmm.condition(self._prediction, log_emission)
+        self._prediction = hmm.predict(probabilities, self._transmat)
+        return Belief(probabilities)
+
+    def reset(self) -> None:
+        """Forget everything: the next observation is the first of a greeting."""
+        self._prediction = self.model.startprob

@@ -1,0 +1,95 @@
+"""Models by name or file: the published ones, and those that users train."""
+
+from __future__ import annotations
+
+import tomllib
+from fractions import Fraction
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kendon.errors import DataError, ParameterError, UnknownNameError
+from kendon.models.greeting import GreetingModel
+from kendon.observations import FEATURES
+from kendon.person import FloatArray
+from kendon.phases import PHASE_NAMES
+
+#: The model that `load_model()` gives.
+DEFAULT_MODEL = "kendon"
+
+#: How many metres a unit of length is.
+_LENGTHS = {"m": 1.0, "mm": 1e-3}
+_KEYS = ("phases", "features", "startprob", "transmat", "means", "standard_deviations")
+
+
+def model_names() -> list[str]:
+    """The names of the models that come with kendon, sorted."""
+    return sorted(entry.name.removesuffix(".toml") for entry in _published().iterdir())
+
+
+def load_model(name_or_path: str | Path = DEFAULT_MODEL) -> GreetingModel:
+    """The model of a name (see `model_names`) or of a model file.
+
+    Raises:
+        UnknownNameError: no model has that name.
+        DataError: the file is missing or is not a model.
+
+    >>> load_model("kendon").transmat[0, 3]
+    np.float64(0.2)
+    """
+    text = str(name_or_path)
+    if text in model_names():
+        return _read(_published() / f"{text}.toml", text)
+    path = Path(name_or_path)
+    if path.suffix != ".toml" and not path.exists():
+        raise UnknownNameError("model", text, [*model_names(), "or a path to a .toml model file"])
+    if not path.is_file():
+        raise DataError("there is no such model file", file=path)
+    return _read(path, path.stem)
+
+
+def _published() -> Traversable:
+    return resources.files("kendon.models") / "published"
+
+
+def _read(file: Traversable, name: str) -> GreetingModel:
+    place = name if not isinstance(file, Path) else file
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DataError(f"this is not a readable model file ({error})", file=place) from None
+    except OSError as error:
+        raise DataError(f"cannot be read ({error.strerror})", file=place) from None
+    missing = [key for key in _KEYS if key not in content]
+    if missing:
+        raise DataError(f"a model file needs {', '.join(missing)} as well", file=place)
+    for key, expected in (("phases", PHASE_NAMES), ("features", FEATURES)):
+        if tuple(content[key]) != expected:
+            raise DataError(f"{key} must be {', '.join(expected)} in this order", file=place)
+    unit = content.get("length_unit", "m")
+    if unit not in _LENGTHS:
+        raise DataError(f"length_unit is {unit!r}; valid: {', '.join(_LENGTHS)}", file=place)
+    # Distance and speed, the first two features, carry the length.
+    scale = np.array([_LENGTHS[unit]] * 2 + [1.0] * (len(FEATURES) - 2))
+    try:
+        return GreetingModel(
+            startprob=_numbers(content["startprob"]),
+            transmat=_numbers(content["transmat"]),
+            means=_numbers(content["means"]) * scale,
+            variances=(_numbers(content["standard_deviations"]) * scale) ** 2,
+            name=name,
+            title=str(content.get("title", "")),
+            source=str(content.get("source", "")),
+        )
+    except (ParameterError, ValueError, ZeroDivisionError, TypeError) as error:
+        raise DataError(f"not a valid model: {error}", file=place) from None
+
+
+def _numbers(values: Any) -> FloatArray:
+    """Nested lists of numbers and fractions ("2/3") as an array."""
+    if isinstance(values, list):
+        return np.array([_numbers(v) for v in values], dtype=float)
+    return np.asarray(float(Fraction(values)))
