@@ -1,0 +1,74 @@
+"""kendon reads which phase of a greeting a person is in, and lets a social robot greet back.
+
+import kendon
+
+track = kendon.read_track("person.csv")
+observations = kendon.observe(track)
+model = kendon.load_model("kendon")
+print(model.filter(observations.values))  # P(phase) after each observation
+"""
+
+from kendon._version import __version__
+from kendon.errors import (
+    DataError,
+    KendonError,
+    MissingExtraError,
+    ModelFileError,
+    ParameterError,
+    RobotError,
+    TreeError,
+    UnknownNameError,
+)
+from kendon.features import Sampler, observe
+from kendon.greeter import Encounter, Greeter, Moment
+from kendon.models import Belief, GreetingModel, Tracker, load_model, model_names
+from kendon.observations import (
+    FEATURES,
+    Observation,
+    Observations,
+    read_observations,
+    write_observations,
+)
+from kendon.person import PersonFrame, Track
+from kendon.phases import Phase
+from kendon.robots import PointRobot, Robot
+from kendon.sources import SourceOptions, open_source
+from kendon.tracks import read_track, write_track
+from kendon.trees import GreetingTree
+
+__all__ = [
+    "FEATURES",
+    "Belief",
+    "DataError",
+    "Encounter",
+    "Greeter",
+    "GreetingModel",
+    "GreetingTree",
+    "KendonError",
+    "MissingExtraError",
+    "ModelFileError",
+    "Moment",
+    "Observation",
+    "Observations",
+    "ParameterError",
+    "PersonFrame",
+    "Phase",
+    "PointRobot",
+    "Robot",
+    "RobotError",
+    "Sampler",
+    "SourceOptions",
+    "Track",
+    "Tracker",
+    "TreeError",
+    "UnknownNameError",
+    "__version__",
+    "load_model",
+    "model_names",
+    "observe",
+    "open_source",
+    "read_observations",
+    "read_track",
+    "write_observations",
+    "write_track",
+]

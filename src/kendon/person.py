@@ -6,9 +6,11 @@ up, on the floor under the robot), unless said otherwise. What is not known is N
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,14 +39,13 @@ JOINTS: tuple[str, ...] = tuple(
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
 
 
-
 @dataclass(frozen=True, slots=True)
 class PersonFrame:
     """One person at one instant, seen from the robot."""
 
     t: float  # [s]
     head: Vec3 = UNKNOWN_POINT  # [m], the face
-    rotation: Quaternion = UNKNOWN_ROTATION  # of the head: x out of the face, y left, z up
+    head_rotation: Quaternion = UNKNOWN_ROTATION  # of the head: x out of the face, y left, z up
     eyes: tuple[Vec3, Vec3] | None = None  # [m], centres of the person's left and right eye
     eye_gaze: tuple[Vec3, Vec3] | None = None  # directions out of those eyes
     joints: Mapping[str, Vec3] = field(default_factory=dict)  # [m], by the names in JOINTS
@@ -63,24 +64,32 @@ class PersonFrame:
         """The same person at the same instant, seen from a robot that stands at `robot`."""
         if robot == self.robot:
             return self
+        # One planar motion for all points; this runs for every frame of a flow.
         old = self.robot
-        c, s = math.cos(old.yaw - robot.yaw), math.sin(old.yaw - robot.yaw)
+        turn = old.yaw - robot.yaw
+        c, s = math.cos(turn), math.sin(turn)
+        shift_x, shift_y, _ = robot.to_local((old.x, old.y, 0.0))
 
         def move(point: Vec3) -> Vec3:
-            return robot.to_local(old.to_world(point))
+            x, y, z = point
+            return (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
 
-        def turn(direction: Vec3) -> Vec3:
+        def rotate(direction: Vec3) -> Vec3:
             x, y, z = direction
             return (c * x - s * y, s * x + c * y, z)
 
-        return replace(
-            self,
-            head=move(self.head),
-            rotation=compose(yaw_quaternion(old.yaw - robot.yaw), self.rotation),
-            eyes=self.eyes and (move(self.eyes[0]), move(self.eyes[1])),
-            eye_gaze=self.eye_gaze and (turn(self.eye_gaze[0]), turn(self.eye_gaze[1])),
-            joints={name: move(point) for name, point in self.joints.items()},
-            robot=robot,
+        return PersonFrame(
+            self.t,
+            move(self.head),
+            compose(yaw_quaternion(turn), self.head_rotation),
+            self.eyes and (move(self.eyes[0]), move(self.eyes[1])),
+            self.eye_gaze and (rotate(self.eye_gaze[0]), rotate(self.eye_gaze[1])),
+            {name: move(point) for name, point in self.joints.items()},
+            self.smile,
+            self.dsal,
+            self.csal,
+            self.hdip,
+            robot,
         )
 
 
@@ -90,7 +99,7 @@ class Track:
 
     t: FloatArray  # (T,) [s]
     head: FloatArray  # (T, 3) [m]
-    rotation: FloatArray  # (T, 4) quaternion x y z w of the head frame
+    head_rotation: FloatArray  # (T, 4) quaternion x y z w of the head frame
     eyes: FloatArray  # (T, 2, 3) [m], left then right
     eye_gaze: FloatArray  # (T, 2, 3) directions, left then right
     joints: Mapping[str, FloatArray]  # name -> (T, 3) [m]; only joints that were tracked
@@ -106,7 +115,7 @@ class Track:
         t: FloatArray,
         head: FloatArray,
         *,
-        rotation: FloatArray | None = None,
+        head_rotation: FloatArray | None = None,
         eyes: FloatArray | None = None,
         eye_gaze: FloatArray | None = None,
         joints: Mapping[str, FloatArray] | None = None,
@@ -138,7 +147,7 @@ class Track:
         return cls(
             t=known(t),
             head=known(head, 3),
-            rotation=known(rotation, 4),
+            head_rotation=known(head_rotation, 4),
             eyes=known(eyes, 2, 3),
             eye_gaze=known(eye_gaze, 2, 3),
             joints={joint: known(points, 3) for joint, points in (joints or {}).items()},
@@ -166,7 +175,7 @@ class Track:
         return cls.build(
             column([f.t for f in frames]),
             column([f.head for f in frames], 3),
-            rotation=column([f.rotation for f in frames], 4),
+            head_rotation=column([f.head_rotation for f in frames], 4),
             eyes=column([f.eyes or unknown_pair for f in frames], 2, 3),
             eye_gaze=column([f.eye_gaze or unknown_pair for f in frames], 2, 3),
             joints={
@@ -188,22 +197,27 @@ class Track:
         return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
 
     def __iter__(self) -> Iterator[PersonFrame]:
-        has_eyes = np.isfinite(self.eyes).any(axis=(1, 2)).tolist()
-        eyes, gaze = self.eyes.tolist(), self.eye_gaze.tolist()
-        head, rotation = self.head.tolist(), self.rotation.tolist()
-        joints = {name: points.tolist() for name, points in self.joints.items()}
+        has_eyes: Any = np.isfinite(self.eyes).any(axis=(1, 2)).tolist()
+        eyes: list[Any] = self.eyes.tolist()
+        gaze: list[Any] = self.eye_gaze.tolist()
+        head, rotation = self.head.tolist(), self.head_rotation.tolist()
         smile, gestures, robot = self.smile.tolist(), self.gestures.tolist(), self.robot.tolist()
-        for i, t in enumerate(self.t.tolist()):
+        names = tuple(self.joints)
+        places = [[tuple(p) for p in points.tolist()] for points in self.joints.values()]
+        joints = zip(*places, strict=True) if names else itertools.repeat(())
+        for i, (t, joint_places) in enumerate(zip(self.t.tolist(), joints, strict=False)):
             yield PersonFrame(
                 t,
                 tuple(head[i]),
                 tuple(rotation[i]),
                 (tuple(eyes[i][0]), tuple(eyes[i][1])) if has_eyes[i] else None,
                 (tuple(gaze[i][0]), tuple(gaze[i][1])) if has_eyes[i] else None,
-                {name: tuple(points[i]) for name, points in joints.items()},
+                dict(zip(names, joint_places, strict=True)),
                 smile[i],
-                *gestures[i],
-                robot=Pose2D(*robot[i]),
+                gestures[i][0],
+                gestures[i][1],
+                gestures[i][2],
+                Pose2D(*robot[i]),
             )
 
     def with_gestures_from_phases(self) -> Track:

@@ -74,9 +74,13 @@ class Table:
         if wrong.any():
             first = int(np.argmax(wrong))
             if math.isinf(values[first]):
-                raise self.error("the value is infinite; leave a cell empty if unknown", first, column)
+                raise self.error(
+                    "the value is infinite; leave a cell empty if unknown", first, column
+                )
             valid = f"between {low:g} and {high:g}" if low > -math.inf else f"at most {high:g}"
-            raise self.error(f"{values[first]:g} is not {valid}{hint and '; ' + hint}", first, column)
+            raise self.error(
+                f"{values[first]:g} is not {valid}{hint and '; ' + hint}", first, column
+            )
         return values
 
     def error(self, message: str, index: int, column: str | None = None) -> DataError:

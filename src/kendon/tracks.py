@@ -59,7 +59,10 @@ def read_track(path: str | Path) -> Track:
 
     def points(columns: tuple[str, ...]) -> FloatArray:
         return np.stack(
-            [table.numbers(c, low=-MAX_COORDINATE, high=MAX_COORDINATE, hint=metres) for c in columns],
+            [
+                table.numbers(c, low=-MAX_COORDINATE, high=MAX_COORDINATE, hint=metres)
+                for c in columns
+            ],
             axis=1,
         )
 
@@ -67,7 +70,7 @@ def read_track(path: str | Path) -> Track:
     return Track.build(
         t,
         points(_HEAD),
-        rotation=_read_rotation(table) if _ROTATION[0] in table else None,
+        head_rotation=_read_rotation(table) if _ROTATION[0] in table else None,
         eyes=points(_EYES).reshape(-1, 2, 3) if has_eyes else None,
         eye_gaze=points(_GAZE).reshape(-1, 2, 3) if has_eyes else None,
         joints={j: points(columns) for j, columns in _JOINT_COLUMNS.items() if columns[0] in table},
@@ -94,7 +97,7 @@ def write_track(track: Track, path: str | Path) -> None:
             columns.update(zip(names, values.reshape(len(track), -1).T, strict=True))
 
     columns.update(zip(_HEAD, track.head.T, strict=True))
-    add(_ROTATION, track.rotation)
+    add(_ROTATION, track.head_rotation)
     for joint, positions in track.joints.items():
         add(tuple(f"{joint}_{axis}" for axis in "xyz"), positions)
     if np.isfinite(track.eyes).any():
@@ -146,7 +149,9 @@ def read_stamps(table: Table, column: str) -> FloatArray:
     if (steps > MAX_GAP).any():
         at = int(np.argmax(steps > MAX_GAP)) + 1
         raise table.error(
-            f"nothing for {steps[at - 1]:.0f} s before this row; split the file into two", at, column
+            f"nothing for {steps[at - 1]:.0f} s before this row; split the file into two",
+            at,
+            column,
         )
     return t
 

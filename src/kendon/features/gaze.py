@@ -64,7 +64,7 @@ def pierce(origin: FloatArray, direction: FloatArray, robot_face: FloatArray) ->
     unknown = np.isnan(origin).any(axis=-1) | np.isnan(direction).any(axis=-1)
     misses = ~unknown & ~((steps > 0) & np.isfinite(steps))
     point[misses] = np.inf
-    return point
+    return np.asarray(point)
 
 
 def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: FloatArray) -> FloatArray:

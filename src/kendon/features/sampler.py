@@ -17,12 +17,13 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features import gaze, proxemics
-from kendon.geometry import Vec3
+from kendon.geometry import UNKNOWN_POINT, Vec3
 from kendon.observations import Observation, Observations
 from kendon.person import FloatArray, IntArray, PersonFrame, Track
 
@@ -106,7 +107,7 @@ class Sampler:
             self._previous = []
             return Observation(end)
         places = np.array([(0, before), place])
-        values = _reduce(Track.from_frames(frames), places, self._face, self.period)[1]
+        values = _reduce(_Frames.of(frames), places, self._face, self.period)[1]
         self._previous = frames[slice(*place)]
         return Observation(end, *values.tolist())
 
@@ -143,12 +144,47 @@ def observe(
         newest = track.t[max(0, stops[k] - _SPACINGS - 1) : stops[k]]
         if _still_counts(newest.tolist(), float(ends[k])):
             starts[k] -= 1
-    values = _reduce(track, np.stack([starts, stops], axis=1), face, period)
+    frames = _Frames(
+        track.t, track.head, track.head_rotation, track.smile, track.gestures, track.robot,
+        *((track.eyes, track.eye_gaze) if np.isfinite(track.eyes).any() else ()),
+    )  # fmt: skip
+    values = _reduce(frames, np.stack([starts, stops], axis=1), face, period)
     phases = None if track.phases is None else _phases_at(track.phases, starts, stops)
     return Observations(ends, values, phases, track.name if name is None else name)
 
 
-def _reduce(track: Track, places: IntArray, face: FloatArray, period: float) -> FloatArray:
+class _Frames(NamedTuple):
+    """Frames as arrays: what observations are made of, without the rest of a track."""
+
+    t: FloatArray  # (N,)
+    head: FloatArray  # (N, 3)
+    head_rotation: FloatArray  # (N, 4)
+    smile: FloatArray  # (N,)
+    gestures: FloatArray  # (N, 3)
+    robot: FloatArray  # (N, 3)
+    eyes: FloatArray | None = None  # (N, 2, 3)
+    eye_gaze: FloatArray | None = None  # (N, 2, 3)
+
+    @classmethod
+    def of(cls, frames: Sequence[PersonFrame]) -> _Frames:
+        rows = np.array(
+            [
+                (f.t, *f.head, *f.head_rotation, f.smile, f.dsal, f.csal, f.hdip, *f.robot)
+                for f in frames
+            ]
+        )
+        columns = rows[:, 0], rows[:, 1:4], rows[:, 4:8], rows[:, 8], rows[:, 9:12], rows[:, 12:]
+        if not any(f.eyes for f in frames):
+            return cls(*columns)
+        nowhere = (UNKNOWN_POINT, UNKNOWN_POINT)
+        return cls(
+            *columns,
+            np.array([f.eyes or nowhere for f in frames]),
+            np.array([f.eye_gaze or nowhere for f in frames]),
+        )
+
+
+def _reduce(frames: _Frames, places: IntArray, face: FloatArray, period: float) -> FloatArray:
     """The seven features of intervals that cover the rows start to stop, shape (K, 7).
 
     The speed of the first interval is unknown; that of another is taken against the one before.
@@ -156,7 +192,7 @@ def _reduce(track: Track, places: IntArray, face: FloatArray, period: float) -> 
     starts, stops = places[:, 0], places[:, 1]
     rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
     outside = rows >= stops[:, None]
-    rows = np.minimum(rows, len(track) - 1)
+    rows = np.minimum(rows, len(frames.t) - 1)
 
     def middle(values: FloatArray) -> FloatArray:
         """The median of the known values of each interval, shape (K, ...)."""
@@ -164,23 +200,23 @@ def _reduce(track: Track, places: IntArray, face: FloatArray, period: float) -> 
         taken[outside] = np.nan
         return _median(taken)
 
-    way = proxemics.distance(track.head)
-    head = gaze.head_gaze(track.head, track.rotation, face)
-    if np.isfinite(track.eyes).any():
-        head = gaze.blend(gaze.eye_gaze(track.eyes, track.eye_gaze, face), head, way)
-    spots = proxemics.to_world(track.head, track.robot)
-    stamps = np.where(np.isnan(way), np.nan, track.t)
-    medians = middle(np.column_stack([way, head, track.smile, stamps, spots]))
+    way = proxemics.distance(frames.head)
+    head = gaze.head_gaze(frames.head, frames.head_rotation, face)
+    if frames.eyes is not None and frames.eye_gaze is not None:
+        head = gaze.blend(gaze.eye_gaze(frames.eyes, frames.eye_gaze, face), head, way)
+    spots = proxemics.to_world(frames.head, frames.robot)
+    stamps = np.where(np.isnan(way), np.nan, frames.t)
+    medians = middle(np.column_stack([way, head, frames.smile, stamps, spots]))
 
     newest = np.maximum(stops - 1, 0)
-    robot = track.robot[newest, :2]
+    robot = frames.robot[newest, :2]
     speed = np.full(len(places), np.nan)
     dt = np.diff(medians[:, 3])
     # Two instants this close together say nothing of a speed.
     dt[~(dt >= period / 2)] = np.nan
     speed[1:] = proxemics.closing_speed(medians[:-1, 4:], medians[1:, 4:], robot[:-1], dt)
 
-    gestures = np.where((stops > starts)[:, None], track.gestures[newest], np.nan)
+    gestures = np.where((stops > starts)[:, None], frames.gestures[newest], np.nan)
     return np.column_stack([medians[:, 0], speed, medians[:, 1], medians[:, 2], gestures])
 
 

@@ -63,7 +63,9 @@ class GreetingModel:
                     f"model {self.name!r}: {field} has shape {value.shape} instead of {shape}"
                 )
             if not np.isfinite(value).all():
-                raise ParameterError(f"model {self.name!r}: {field} holds a value that is not finite")
+                raise ParameterError(
+                    f"model {self.name!r}: {field} holds a value that is not finite"
+                )
             if field in ("startprob", "transmat"):
                 total = value.sum(axis=-1, keepdims=True)
                 if (value < 0).any() or (abs(total - 1) > 2e-3).any():
@@ -109,7 +111,7 @@ class GreetingModel:
         return hmm.viterbi(self.startprob, self.transmat, self._log_emissions(X))[0] + 1
 
     def log_likelihood(self, X: FloatArray) -> float:
-        """log P(X | model) over its known values (thesis 2.6).
+        """Log P(X | model) over its known values (thesis 2.6).
 
         Raises:
             ParameterError: X has another shape or holds a value beyond all measure.

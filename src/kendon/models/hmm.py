@@ -44,18 +44,18 @@ class Emission(NamedTuple):
         return cls(means, -0.5 / variances, log_norm, log_norm.sum(axis=1), np.ones(means.shape[1]))
 
     def log_likelihood(self, x: FloatArray) -> FloatArray:
-        """log P(x | state) over the known features of x (F,), shape (K,)."""
+        """Log P(x | state) over the known features of x (F,), shape (K,)."""
         terms = x - self.means
         terms *= terms
         terms *= self.precision
         if math.isfinite(x.dot(x)):  # nothing unknown: one product over the features
-            return terms.dot(self.ones) + self.log_norms
+            return np.asarray(terms.dot(self.ones) + self.log_norms)
         terms += self.log_norm
-        return np.where(x == x, terms, 0.0).dot(self.ones)  # NaN is unequal to itself
+        return np.asarray(np.where(x == x, terms, 0.0).dot(self.ones))  # NaN is unequal to itself
 
 
 def log_emissions(X: FloatArray, means: FloatArray, variances: FloatArray) -> FloatArray:
-    """log P(x_t | state) of every step over its known features, shape (T, K).
+    """Log P(x_t | state) of every step over its known features, shape (T, K).
 
     Args:
         X: observations, (T, F), NaN = unknown.
@@ -68,7 +68,7 @@ def log_emissions(X: FloatArray, means: FloatArray, variances: FloatArray) -> Fl
 
 def predict(belief: FloatArray, transmat: FloatArray) -> FloatArray:
     """P(state_t | o_1..o_{t-1}) from the belief at t-1; both shape (K,)."""
-    return belief.dot(transmat)
+    return np.asarray(belief.dot(transmat))
 
 
 def condition(predicted: FloatArray, log_emission: FloatArray) -> tuple[FloatArray, float]:

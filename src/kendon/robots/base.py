@@ -1,4 +1,4 @@
-"""The contract of a robot: non-blocking commands that return a handle with a status and a cancel."""
+"""The contract of a robot: non-blocking commands that return a handle with status and cancel."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Command:
     sent: dict[str, Any] = field(default_factory=dict)  # `asked` after the robot's limits
     status: CommandStatus = CommandStatus.RUNNING
     ended: float = math.nan  # [s]
-    reason: str = ""  # why it failed or was cancelled, one clause
+    reason: str = ""  # why it failed, was cancelled, or fell short of what was asked; one clause
     heard: float = math.nan  # [s], when the robot last gave a sign of life about it
 
     @property
@@ -68,10 +68,13 @@ class Command:
         return self.status is CommandStatus.RUNNING
 
     def cancel(self, reason: str = "cancelled") -> None:
-        """Tell the robot to stop doing this; does nothing when the command has ended."""
+        """Tell the robot to stop doing this; does nothing when the command has ended.
+
+        The command ends as cancelled even if the robot cannot be told; `reason` then says so.
+        """
         if self.running:
-            self.robot._abort(self)
-            self._end(CommandStatus.CANCELLED, reason)
+            trouble = self.robot._try_abort(self)
+            self._end(CommandStatus.CANCELLED, f"{reason}; {trouble}" if trouble else reason)
 
     def _end(self, status: CommandStatus, reason: str = "") -> None:
         if self.running:
@@ -94,12 +97,14 @@ class Robot(ABC):
     """A robot that can greet. Subclasses fill in the hooks; users call the commands.
 
     Every command returns at once with a handle. A new command on an occupied channel (base,
-    head, arms, voice, face) replaces the old one, whose handle ends as cancelled. Positions
-    are in the world frame (``map``), metres and radians.
+    head, arms, voice, face) replaces the old one, whose handle ends as cancelled; any new
+    command replaces a running `stop`. Positions are in the world frame (``map``), metres and
+    radians.
 
     Hooks, and how long each may take:
         `_send`: once a command, before it is logged. Must not block (at most a few ms).
-        `_abort`: when a running command is cancelled or replaced. Must not block.
+        `_abort`: when a running command is cancelled, replaced, or failed because the robot
+            did not answer. Must not block.
         `_advance`: at every `update`. Must not block. Ends commands with `succeed` and
             `fail`, and calls `hear` for those it got a sign of life from.
 
@@ -152,7 +157,9 @@ class Robot(ABC):
     def look_at(self, point: Vec3) -> Command:
         """Turn the head so that the face points at a point in the world [m]."""
         _require_finite("look_at", *point)
-        return self._issue(CommandKind.LOOK_AT, point=point)
+        if len(point) != 3:
+            raise ParameterError(f"look_at needs x, y and z, not {tuple(point)}")
+        return self._issue(CommandKind.LOOK_AT, point=(point[0], point[1], point[2]))
 
     def gesture(self, name: str) -> Command:
         """Perform an arm gesture by its name.
@@ -208,7 +215,9 @@ class Robot(ABC):
         dt, self.time = t - self.time, t
         self._advance(dt)
         for command in list(self._occupied.values()):
-            if command.running and t - command.heard > self.patience:
+            if t - command.heard > self.patience and command.running:
+                # It may be deaf in one direction only: tell it to stop all the same.
+                self._try_abort(command)
                 self.fail(command, f"the robot has not answered for {self.patience:g} s")
             if not command.running:
                 self._release(command)
@@ -225,15 +234,19 @@ class Robot(ABC):
 
     @abstractmethod
     def _abort(self, command: Command) -> None:
-        """Stop carrying out a command that is running."""
+        """Stop carrying out a command that is running.
+
+        Raises:
+            RobotError: the robot cannot be told; the command ends all the same.
+        """
 
     @abstractmethod
     def _advance(self, dt: float) -> None:
         """Let `dt` seconds pass; `self.time` is already the new time."""
 
-    def succeed(self, command: Command) -> None:
-        """End a running command as done."""
-        command._end(CommandStatus.SUCCEEDED)
+    def succeed(self, command: Command, reason: str = "") -> None:
+        """End a running command as done; `reason` tells what fell short of it, one clause."""
+        command._end(CommandStatus.SUCCEEDED, reason)
 
     def fail(self, command: Command, reason: str) -> None:
         """End a running command as failed, for a reason given in one clause."""
@@ -241,7 +254,8 @@ class Robot(ABC):
 
     def hear(self, command: Command) -> None:
         """Note a sign of life about a running command."""
-        command.heard = self.time
+        if command.running:
+            command.heard = self.time
 
     def running(self, kind: CommandKind) -> Command | None:
         """The running command of a kind, if there is one."""
@@ -250,8 +264,10 @@ class Robot(ABC):
 
     def _issue(self, kind: CommandKind, **asked: Any) -> Command:
         channel = CHANNELS[kind]
-        if old := self._occupied.get(channel):
-            old.cancel(f"replaced by a new {kind.value}")
+        for occupied in (channel, CHANNELS[CommandKind.STOP]):
+            if old := self._occupied.get(occupied):
+                old.cancel(f"replaced by a new {kind.value}")
+                self._release(old)
         command = Command(kind, asked, issued=self.time, robot=self, heard=self.time)
         self.log.append(command)
         self._occupied[channel] = command
@@ -262,6 +278,14 @@ class Robot(ABC):
         if not command.running:
             self._release(command)
         return command
+
+    def _try_abort(self, command: Command) -> str:
+        """Abort a command; what went wrong in doing so, as one clause, or ""."""
+        try:
+            self._abort(command)
+        except RobotError as trouble:
+            return f"the robot could not be told: {trouble}"
+        return ""
 
     def _release(self, command: Command) -> None:
         channel = CHANNELS[command.kind]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+
 from kendon.features.gaze import CONE_ANGLE
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, compose, yaw_quaternion
 from kendon.person import PersonFrame

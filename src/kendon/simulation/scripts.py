@@ -69,14 +69,16 @@ class Script:
             raise ParameterError("a script needs at least one act")
         for name in ("start", "speed", "stop_distance", "height"):
             if not getattr(self, name) > 0:
-                raise ParameterError(f"a script's {name} must be positive, not {getattr(self, name)}")
+                raise ParameterError(
+                    f"a script's {name} must be positive, not {getattr(self, name)}"
+                )
 
 
-_SIGHTING = Act(Phase.IA, seconds=1.0, gaze=1.0, smile=1.0)
+_SIGHTING = Act(Phase.IA, seconds=1.6, gaze=1.0, smile=1.0)
 _WAVE = Act(Phase.DS, seconds=1.2, walking=True, gaze=0.4, smile=2.0)
 _DIP = Act(Phase.HD, seconds=0.7, walking=True, gaze=1.4, smile=1.0, looks_down=True)
 _ARRIVAL = Act(Phase.FA, until_distance=1.0, walking=True, gaze=0.4, smile=2.0)
-_HANDSHAKE = Act(Phase.CS, seconds=3.5, gaze=0.4, smile=2.0)
+_HANDSHAKE = Act(Phase.CS, seconds=5.0, gaze=0.4, smile=2.0)
 
 
 def _approach(until: float) -> Act:
@@ -88,7 +90,8 @@ def _approach(until: float) -> Act:
 SCRIPTS: dict[str, Script] = {
     "normal": Script(
         7.0,
-        (
+        bearing=math.radians(25),
+        acts=(
             _SIGHTING,
             _approach(6.0),
             _WAVE,

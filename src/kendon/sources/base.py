@@ -86,6 +86,7 @@ class Source(ABC):
 
         Only a simulated person, who can react, makes use of it.
         """
+        del robot
 
 
 _REGISTER: dict[str, type[Source]] = {}

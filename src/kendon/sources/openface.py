@@ -1,4 +1,4 @@
-"""The CSV that OpenFace's FeatureExtraction writes (Baltrusaitis et al. 2018), as the thesis read it.
+"""The CSV of OpenFace's FeatureExtraction (Baltrusaitis et al. 2018), as the thesis read it.
 
 OpenFace's camera frame has x to the right, y down and z away from the camera, in millimetres;
 its head rotation is R = Rx Ry Rz with the face looking along R (0, 0, -1). Columns are found by
@@ -145,7 +145,7 @@ def _track(table: Table, t: FloatArray, mount: CameraMount) -> Track:
     return Track.build(
         t,
         head,
-        rotation=rotation,
+        head_rotation=rotation,
         eyes=eyes,
         eye_gaze=eye_gaze,
         smile=smiles,

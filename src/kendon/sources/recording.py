@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Self
 
 from kendon.person import PersonFrame, Track
 from kendon.sources.base import Source, SourceOptions, register
@@ -20,6 +22,16 @@ class RecordedSource(Source):
     def frames(self) -> Iterator[PersonFrame]:
         """The frames of the track."""
         return iter(self.track)
+
+    def with_gestures_from_phases(self) -> Self:
+        """The same recording as if the thesis's keys had been pressed by its true phases.
+
+        Raises:
+            ParameterError: it has none.
+        """
+        changed = copy.copy(self)
+        changed.track = self.track.with_gestures_from_phases()
+        return changed
 
 
 @register

@@ -1,0 +1,1 @@
+"""What people look at: the timeline in the terminal and the figures."""

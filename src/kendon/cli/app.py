@@ -1,0 +1,60 @@
+"""The command `kendon`: its commands, and one way in which all of them fail."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+from kendon._version import __version__
+from kendon.cli.estimate import estimate_command
+from kendon.cli.greet import greet_command
+from kendon.cli.information import doctor_command, models_command, sources_command
+from kendon.errors import KendonError
+
+app = typer.Typer(
+    name="kendon",
+    help="Read which phase of a greeting a person is in, and let a robot greet back.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+)
+app.command("greet")(greet_command)
+app.command("estimate")(estimate_command)
+app.command("sources")(sources_command)
+app.command("models")(models_command)
+app.command("doctor")(doctor_command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"kendon {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", help="Print the version.", callback=_print_version, is_eager=True
+    ),
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; a mistake of the user is one sentence and exit code 2."""
+    try:
+        app()
+    except KendonError as error:
+        typer.echo(f"kendon: {error}", err=True)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        typer.echo("kendon: stopped", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        # The reader (head, less) has gone; silence the interpreter's flush at exit as well.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)

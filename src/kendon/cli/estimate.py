@@ -1,0 +1,195 @@
+"""`kendon estimate`: phases for recorded people."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress, SpinnerColumn, TextColumn
+from rich.table import Table
+from rich.text import Text
+
+from kendon.cli.options import (
+    CameraPoseOption,
+    FovOption,
+    FpsOption,
+    GesturesOption,
+    ModelFilesOption,
+    ModelOption,
+    RobotFaceOption,
+    SourceOption,
+    err,
+    out,
+    point,
+    source_options,
+)
+from kendon.errors import ParameterError
+from kendon.estimate import Decoder, Estimate, estimate, load_observations
+from kendon.geometry import Vec3
+from kendon.models import DEFAULT_MODEL, load_model
+from kendon.observations import Observations
+from kendon.person import PersonFrame
+from kendon.sources import SourceOptions
+
+_EPILOG = """
+**Examples**
+
+`kendon estimate recordings/*.csv --out phases/`
+
+`kendon estimate openface.csv --camera-pose 0.1,0,1.1,0,10 --decoder viterbi`
+
+`kendon estimate greeting.mp4 --fov 70 --out phases/`
+"""
+
+
+def estimate_command(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Recordings: tracks, videos and more.")
+    ],
+    model: ModelOption = DEFAULT_MODEL,
+    decoder: Annotated[
+        Decoder, typer.Option(help="As a robot knows it at the time, or the best whole path.")
+    ] = Decoder.FILTER,
+    robot_face: RobotFaceOption = "0,0,1.2",
+    gestures_from_phases: GesturesOption = False,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="Write <name>.csv for each file into this folder.")
+    ] = None,
+    source: SourceOption = None,
+    camera_pose: CameraPoseOption = "0,0,1.2",
+    fov: FovOption = None,
+    fps: FpsOption = None,
+    model_files: ModelFilesOption = None,
+) -> None:
+    """Read the greeting phases of recorded people."""
+    options = source_options(camera_pose, fov, fps, model_files)
+    face = point("--robot-face", robot_face)
+    greeting_model = load_model(model)
+    targets = _targets(files, folder)
+    # Everything is read before anything is written: a bad file leaves nothing half-done.
+    observed = _observe_all(files, options, source, face, gestures_from_phases)
+    estimates = [estimate(o, greeting_model, decoder) for o in observed]
+    for result, target in zip(estimates, targets, strict=bool(folder)):
+        result.write(target)
+    out.print(_summary(files, estimates, f"{greeting_model.name}, {decoder.value}"))
+    if folder:
+        out.print(f"{len(targets)} file{'s' * (len(targets) != 1)} written to {folder}")
+    elif len(files) == 1:
+        out.print(_timeline(estimates[0]))
+    if not gestures_from_phases and not any(_gestures_known(o) for o in observed):
+        err.print(
+            "note: no gesture information in the input; salutations and dips are read from"
+            " distance, speed, gaze and smile alone",
+            style="dim", highlight=False, soft_wrap=True,
+        )  # fmt: skip
+
+
+def _targets(files: list[str], folder: Path | None) -> list[Path]:
+    """Where each file's phases go.
+
+    Raises:
+        ParameterError: two files would go to the same place, or one onto itself.
+    """
+    if folder is None:
+        return []
+    if folder.exists() and not folder.is_dir():
+        raise ParameterError(f"--out names a folder, but {folder} is a file")
+    targets: dict[Path, str] = {}
+    for file in files:
+        target = folder / f"{Path(file).stem.replace(':', '-')}.csv"
+        if target in targets:
+            raise ParameterError(f"{targets[target]} and {file} would both be written to {target}")
+        if target.exists() and Path(file).exists() and target.samefile(file):
+            raise ParameterError(f"--out {folder} would overwrite {file}; name another folder")
+        targets[target] = file
+    return list(targets)
+
+
+def _observe_all(
+    files: list[str],
+    options: SourceOptions,
+    source: str | None,
+    face: Vec3,
+    gestures_from_phases: bool,
+) -> list[Observations]:
+    results = []
+    columns = (SpinnerColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=err, transient=True) as progress:
+        task = progress.add_task("reading")
+        for number, file in enumerate(files, 1):
+            name = f"{Path(file).name} ({number} of {len(files)})"
+            progress.update(task, description=f"reading {name}")
+            shown = time.monotonic()
+
+            def tell(frame: PersonFrame, name: str = name) -> None:
+                nonlocal shown
+                if time.monotonic() - shown > 0.2:
+                    shown = time.monotonic()
+                    progress.update(task, description=f"reading {name}: {frame.t:.1f} s")
+
+            results.append(
+                load_observations(
+                    file, options, source=source, robot_face=face,
+                    gestures_from_phases=gestures_from_phases, progress=tell,
+                    note=lambda text: err.print(f"note: {text}", style="dim", highlight=False,
+                                                soft_wrap=True),
+                )
+            )  # fmt: skip
+    return results
+
+
+def _gestures_known(observations: Observations) -> bool:
+    gestures = observations.values[:, 4:]
+    return bool((gestures == gestures).any())
+
+
+def _summary(files: list[str], estimates: list[Estimate], title: str) -> Table:
+    truth_known = any(e.score[1] for e in estimates)
+    table = Table(title=f"Phases read ({title})", title_justify="left", box=None, pad_edge=False)
+    table.add_column("file", no_wrap=True)
+    table.add_column("s", justify="right")
+    table.add_column("phases")
+    if truth_known:
+        table.add_column("right", justify="right")
+        table.add_column("accuracy", justify="right")
+    right = labelled = 0
+    for file, result in zip(files, estimates, strict=True):
+        score = result.score
+        right, labelled = right + score[0], labelled + score[1]
+        row: list[str | Text] = [
+            Path(file).name, f"{len(result.phases) * 0.2:.1f}", phase_line(result),
+        ]  # fmt: skip
+        if truth_known:
+            row += [f"{score[0]}/{score[1]}", f"{result.accuracy:.3f}"] if score[1] else ["–", "–"]
+        table.add_row(*row)
+    if truth_known and len(files) > 1:
+        table.add_section()
+        table.add_row("all", "", "", f"{right}/{labelled}", f"{right / labelled:.3f}", style="bold")
+    return table
+
+
+def phase_line(result: Estimate) -> Text:
+    """The phases of an estimate in their colours, joined by arrows."""
+    line = Text()
+    for i, phase in enumerate(result.sequence):
+        line.append(" → " if i else "", style="dim")
+        line.append(phase.name, style=phase.color)
+    return line
+
+
+def _timeline(result: Estimate) -> Table:
+    """When each phase was entered, for a single file."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("from [s]", "to [s]", "phase"):
+        table.add_column(column, justify="left" if column == "phase" else "right")
+    t, phases = result.observations.t, result.phases
+    starts = [0, *(i for i in range(1, len(t)) if phases[i] != phases[i - 1])]
+    for start, stop in zip(starts, [*starts[1:], len(t)], strict=True):
+        phase = result.sequence[starts.index(start)]
+        table.add_row(
+            f"{t[start] - 0.2:.1f}", f"{t[stop - 1]:.1f}",
+            Text(f"{phase.name}  {phase.title}", style=phase.color),
+        )  # fmt: skip
+    return table

@@ -1,0 +1,156 @@
+"""`kendon greet`: the main job, a person in and a robot's answer out."""
+
+from __future__ import annotations
+
+import time
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from kendon.cli.options import (
+    CameraPoseOption,
+    FovOption,
+    FpsOption,
+    GesturesOption,
+    ModelFilesOption,
+    ModelOption,
+    RobotFaceOption,
+    SourceOption,
+    err,
+    out,
+    point,
+    source_options,
+)
+from kendon.errors import DataError, ParameterError
+from kendon.estimate import Estimate
+from kendon.greeter import Encounter, Greeter
+from kendon.models import DEFAULT_MODEL, load_model
+from kendon.robots import PointRobot
+from kendon.sources import RecordedSource, Source, open_source
+from kendon.tables import write_table
+from kendon.trees import GreetingTree
+from kendon.viewer.timeline import Timeline
+
+_SOURCE_HELP = (
+    "A recording, `camera:0`, or `simulated` (also `simulated:late-wave` and others, see"
+    " `kendon sources`)."
+)
+
+
+def greet_command(
+    spec: Annotated[str, typer.Argument(metavar="[SOURCE]", help=_SOURCE_HELP)] = "simulated",
+    model: ModelOption = DEFAULT_MODEL,
+    tree: Annotated[
+        Path | None, typer.Option(help="A BehaviorTree.CPP XML file instead of kendon's own.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(help="1 plays in real time, 2 twice as fast; 0 as fast as it goes.")
+    ] = 0.0,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the encounter into this .png, .svg or .pdf.")
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--out", help="Write phases.csv and commands.csv into this folder."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No timeline.")] = False,
+    robot_face: RobotFaceOption = "0,0,1.2",
+    gestures_from_phases: GesturesOption = False,
+    source: SourceOption = None,
+    camera_pose: CameraPoseOption = "0,0,1.2",
+    fov: FovOption = None,
+    fps: FpsOption = None,
+    model_files: ModelFilesOption = None,
+) -> None:
+    """Let a robot greet the person of a source; without one, a simulated person."""
+    if not 0 <= speed <= 1000:
+        raise ParameterError(f"--speed lies between 0 (as fast as it goes) and 1000, not {speed:g}")
+    face = point("--robot-face", robot_face)
+    options = source_options(camera_pose, fov, fps, model_files)
+    behaviour = GreetingTree(tree) if tree else GreetingTree()
+    greeting_model = load_model(model)
+    person = open_source(spec, options, name=source)
+    if gestures_from_phases:
+        person = _with_gestures(person, spec)
+    for note in person.notes:
+        err.print(f"note: {note}", style="dim", highlight=False, soft_wrap=True)
+    robot = PointRobot(face=face, leash=None if person.reacts else 0.0)
+    greeter = Greeter(person, greeting_model, robot, behaviour)
+    encounter = _run(greeter, _title(spec), speed, quiet)
+    encounter.require_readings()
+    if not quiet:
+        _print_summary(encounter)
+    if figure:
+        # matplotlib takes a second to import: only those who draw wait for it.
+        from kendon.viewer.figure import draw_encounter
+
+        draw_encounter(encounter, figure)
+        out.print(f"The whole encounter is drawn in {figure}.", highlight=False)
+    if folder:
+        _write(encounter, folder)
+        out.print(f"phases.csv and commands.csv are in {folder}.", highlight=False)
+
+
+def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
+    encounter = Encounter(title)
+    timeline = Timeline(out)
+    if not quiet:
+        timeline.header()
+    began = time.monotonic()
+    try:
+        for moment in greeter.run():
+            if speed and not greeter.source.live:
+                time.sleep(max(0.0, began + moment.t / speed - time.monotonic()))
+            encounter.add(moment)
+            if not quiet:
+                timeline.show(moment)
+    except KeyboardInterrupt:
+        # Somebody ends a live greeting: what was seen so far is still summed up and drawn.
+        err.print("stopped", style="dim")
+    return encounter
+
+
+def _with_gestures(source: Source, spec: str) -> Source:
+    if not isinstance(source, RecordedSource):
+        raise ParameterError(f"{spec} has no true phases to press the gesture keys by")
+    return source.with_gestures_from_phases()
+
+
+def _title(spec: str) -> str:
+    return Path(spec).stem if Path(spec).exists() else f"{spec} greeting"
+
+
+def _print_summary(encounter: Encounter) -> None:
+    line = Text("The person  ")
+    for i, phase in enumerate(encounter.phases):
+        line.append(" → " if i else "", style="dim")
+        line.append(phase.name, style=phase.color)
+    out.print()
+    out.print(line)
+    out.print("The robot's answers")
+    for phase, actions in groupby(encounter.stretches, key=lambda stretch: stretch[0].phase):
+        told = ", ".join(action.label for action, _, _ in actions)
+        answer = Text(f"  {phase.name if phase else '–':<4}", style=phase.color if phase else "")
+        out.print(answer.append(told, style="default"), soft_wrap=True, highlight=False)
+
+
+def _write(encounter: Encounter, folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise DataError("--out names a folder, but this is a file", file=folder)
+    probabilities = encounter.probabilities
+    phases = probabilities.argmax(axis=1) + 1
+    Estimate(encounter.observations, probabilities, phases).write(folder / "phases.csv")
+    write_table(
+        folder / "commands.csv",
+        ["t", "until", "phase", "part", "command", "status", "reason"],
+        (
+            [
+                action.start, action.end, action.phase.name if action.phase else "",
+                action.channel, action.label, action.command.status.value, action.command.reason,
+            ]
+            for action in encounter.actions
+        ),
+    )  # fmt: skip

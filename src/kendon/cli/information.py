@@ -1,0 +1,88 @@
+"""`kendon sources`, `kendon models` and `kendon doctor`: what there is and what is missing."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import platform
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from kendon._version import __version__
+from kendon.cli.options import out
+from kendon.models import DEFAULT_MODEL, load_model, model_names
+from kendon.sources import registered_sources
+from kendon.sources.model_files import ModelFileState, model_file_reports
+
+#: The packages of each optional extra, by the name they are imported under.
+_EXTRAS = {
+    "camera": {"mediapipe": "mediapipe", "cv2": "opencv-contrib-python", "pooch": "pooch"},
+}
+
+
+def sources_command() -> None:
+    """List what kendon reads people from."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("source", "reads", "example"):
+        table.add_column(column)
+    for name, source in registered_sources().items():
+        table.add_row(name, source.reads, f"kendon greet {source.example}")
+    out.print(table)
+
+
+def models_command() -> None:
+    """List the greeting models."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("model", "what it is", "source"):
+        table.add_column(column)
+    for name in model_names():
+        model = load_model(name)
+        table.add_row(f"{name}{' (default)' * (name == DEFAULT_MODEL)}", model.title, model.source)
+    out.print(table)
+
+
+def doctor_command(
+    model_files: Annotated[
+        Path | None, typer.Option("--model-files", help="The folder to look for model files in.")
+    ] = None,
+) -> None:
+    """Tell what is installed, what is missing, and what to do about it."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("", "what", "state"):
+        table.add_column(column, overflow="fold")
+
+    def row(fine: bool, what: str, state: str) -> None:
+        table.add_row("[green]✓[/]" if fine else "[yellow]–[/]", what, state)
+
+    row(True, "kendon", __version__)
+    row(True, "Python", f"{platform.python_version()} on {platform.system()}")
+    todo: list[str] = []
+    for package in ("numpy", "scipy", "py_trees", "matplotlib"):
+        row(True, package, importlib.metadata.version(package))
+    for extra, packages in _EXTRAS.items():
+        missing = [package for module, package in packages.items() if not _installed(module)]
+        if missing:
+            row(False, f"extra {extra}", f"without {', '.join(missing)}")
+            todo.append(f"for the extra {extra}: pip install 'kendon\\[{extra}]'")
+        else:
+            row(True, f"extra {extra}", "installed")
+    for report in model_file_reports(model_files):
+        ready = report.state is ModelFileState.READY
+        row(ready, f"{report.file.name}", f"{report.state.value}: {report.path}")
+        if report.advice:
+            todo.append(report.advice)
+    out.print(table)
+    out.print()
+    if todo:
+        out.print("To do, if you need it:")
+        for step in todo:
+            out.print(f"  • {step}", soft_wrap=True)
+    else:
+        out.print("Nothing is missing.")
+
+
+def _installed(module: str) -> bool:
+    return importlib.util.find_spec(module) is not None

@@ -1,0 +1,108 @@
+"""Options that several commands share, and how their texts become values."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from kendon.errors import ParameterError
+from kendon.geometry import Vec3
+from kendon.sources import CameraMount, SourceOptions
+
+out = Console()
+err = Console(stderr=True)
+
+_READING = "How a source is read"
+
+ModelOption = Annotated[
+    str, typer.Option("--model", help="A model's name (see `kendon models`) or file.")
+]
+RobotFaceOption = Annotated[
+    str, typer.Option(metavar="X,Y,Z", help="The robot's face in its base frame [m].")
+]
+GesturesOption = Annotated[
+    bool,
+    typer.Option(
+        "--gestures-from-phases",
+        help="Give the gesture probabilities by hand, from the true phases in the file, as the"
+        " thesis's keys did.",
+    ),
+]
+SourceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--source", help="The source's name, if the file is not to be recognised.",
+        rich_help_panel=_READING,
+    ),
+]  # fmt: skip
+CameraPoseOption = Annotated[
+    str,
+    typer.Option(
+        metavar="X,Y,Z[,YAW,PITCH]",
+        help="Where the camera sits in the robot's base frame [m, degrees; pitch down].",
+        rich_help_panel=_READING,
+    ),
+]
+FovOption = Annotated[
+    float | None,
+    typer.Option(
+        "--fov", help="The camera's horizontal field of view [degrees]; 60 if not given.",
+        rich_help_panel=_READING,
+    ),
+]  # fmt: skip
+FpsOption = Annotated[
+    float | None,
+    typer.Option(
+        "--fps", help="Frames a second, for files that do not tell.", rich_help_panel=_READING
+    ),
+]
+ModelFilesOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--model-files",
+        help="A folder with the neural networks' files (see `kendon doctor`).",
+        rich_help_panel=_READING,
+    ),
+]
+
+
+def source_options(
+    camera_pose: str, fov: float | None, fps: float | None, model_files: Path | None
+) -> SourceOptions:
+    """The texts and numbers of the command line as options of a source.
+
+    Raises:
+        ParameterError: one of them is not what it should be.
+    """
+    numbers = _numbers("--camera-pose", camera_pose, (3, 5), "X,Y,Z or X,Y,Z,YAW,PITCH")
+    yaw, pitch = (math.radians(a) for a in numbers[3:]) if len(numbers) == 5 else (0.0, 0.0)
+    return SourceOptions(
+        camera=CameraMount((numbers[0], numbers[1], numbers[2]), yaw, pitch),
+        fov=None if fov is None else math.radians(fov),
+        fps=fps,
+        model_files=model_files,
+    )
+
+
+def point(option: str, text: str) -> Vec3:
+    """A point given as X,Y,Z [m].
+
+    Raises:
+        ParameterError: the text is not three numbers.
+    """
+    x, y, z = _numbers(option, text, (3,), "X,Y,Z in metres, as in 0,0,1.2")
+    return (x, y, z)
+
+
+def _numbers(option: str, text: str, lengths: tuple[int, ...], form: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in lengths or not all(math.isfinite(n) for n in numbers):
+        raise ParameterError(f"{option} is {form}, not {text!r}")
+    return numbers

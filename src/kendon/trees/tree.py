@@ -1,0 +1,141 @@
+"""A behaviour tree that answers a greeting: built from XML, ticked ten times a second."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from kendon.errors import TreeError, UnknownNameError
+from kendon.phases import Phase
+from kendon.trees.decorators import SubTree
+from kendon.trees.library import NodeSpec, TreeLibrary, check
+from kendon.trees.ports import BoundPorts, Scope
+from kendon.trees.registry import node_type
+from kendon.trees.state import TickContext, TreeState
+from kendon.trees.xml import parse_trees, read_trees
+
+#: Ticks of the tree a second (thesis 4.1.1): twice the rate of the beliefs.
+TICK_RATE = 10.0
+
+_SHOWN = {
+    Status.INVALID: "idle",
+    Status.RUNNING: "running",
+    Status.SUCCESS: "success",
+    Status.FAILURE: "failure",
+}
+
+
+class NodeState(NamedTuple):
+    """One node as it stands after the last tick, for display."""
+
+    path: str  # names from the main tree down, joined by "/"; unique in the tree
+    kind: str  # the node type: "MoveBase", "Sequence", "SubTree"
+    name: str
+    status: str  # "idle", "running", "success" or "failure"
+    message: str  # why it failed, or nothing
+
+
+def shipped_trees() -> TreeLibrary:
+    """The trees that come with kendon: figures 4.2-4.10 of the thesis."""
+    text = files("kendon.trees").joinpath("greeting.xml").read_text(encoding="utf-8")
+    return parse_trees(text, "greeting.xml")
+
+
+class GreetingTree:
+    """One running instance of a behaviour tree.
+
+    Instances share nothing: each owns its nodes, its blackboards and its memory.
+
+    Args:
+        source: a BehaviorTree.CPP XML file, a library, or None for the shipped greeting.
+        main: the id of the tree to run, if it is not the library's main tree.
+
+    Raises:
+        TreeError: the trees cannot be read or do not make sense.
+        UnknownNameError: there is no tree `main`.
+    """
+
+    def __init__(
+        self, source: str | Path | TreeLibrary | None = None, *, main: str | None = None
+    ) -> None:
+        if source is None:
+            library = shipped_trees()
+        elif isinstance(source, TreeLibrary):
+            library = source
+        else:
+            library = read_trees(source)
+        check(library)
+        if main is not None and main not in library.trees:
+            raise UnknownNameError("tree", main, library.trees)
+        self.library = library
+        self._state = TreeState()
+        self._scope = Scope()
+        self._nodes: list[tuple[str, str, Behaviour]] = []
+        tree = main or library.main
+        self.root = self._build(library.trees[tree], tree, self._scope, tree)
+
+    def tick(self, context: TickContext) -> Status:
+        """Tick the tree once: about 0.1 ms. Never blocks, never raises for a robot's failure.
+
+        Returns:
+            The status of the main tree's top node.
+        """
+        self._state.update(context)
+        self.root.tick_once()
+        return self.root.status
+
+    def halt(self) -> None:
+        """Halt every node, cancel every command that still runs, and forget the person."""
+        self.root.stop(Status.INVALID)
+        self._state.forget()
+
+    @property
+    def active_phase(self) -> Phase | None:
+        """The phase of the last tick; None before the first, without a belief, after `halt`."""
+        return self._state.phase
+
+    @property
+    def blackboard(self) -> dict[str, Any]:
+        """The written entries of the main tree's blackboard."""
+        return dict(self._scope)
+
+    def states(self) -> list[NodeState]:
+        """Every node as it stands after the last tick, parents before their children."""
+        return [
+            NodeState(path, kind, node.name, _SHOWN[node.status], node.feedback_message)
+            for path, kind, node in self._nodes
+        ]
+
+    def _build(self, spec: NodeSpec, tree: str, scope: Scope, above: str) -> Behaviour:
+        path = self._path(above, spec.name)
+        place = len(self._nodes)
+        children: list[Behaviour]
+        if spec.subtree:
+            target = spec.attributes["ID"]
+            remap = {k: v for k, v in spec.attributes.items() if k != "ID" and k[0] != "_"}
+            auto = spec.attributes.get("_autoremap", "").lower() in ("true", "1")
+            inner = Scope(scope, remap, auto)
+            child = self._build(self.library.trees[target], target, inner, path)
+            node: Behaviour = SubTree(name=spec.name, child=child)
+        else:
+            children = [self._build(child, tree, scope, path) for child in spec.children]
+            kind = node_type(spec.kind)
+            try:
+                ports = BoundPorts(kind.ports, spec.attributes, scope)
+                node = kind.factory(spec.name, ports, self._state, children)
+            except TreeError as error:
+                raise TreeError(f"{self.library.place(tree, spec)}: {error}") from None
+        self._nodes.insert(place, (path, spec.kind, node))
+        return node
+
+    def _path(self, above: str, name: str) -> str:
+        taken = {path for path, _, _ in self._nodes}
+        path, count = f"{above}/{name}", 1
+        while path in taken:
+            count += 1
+            path = f"{above}/{name}[{count}]"
+        return path
