@@ -149,6 +149,12 @@ def peek_header(path: str | Path) -> tuple[str, ...]:
     return tuple(name.strip() for name in first.split(","))
 
 
+def is_index(path: str | Path) -> bool:
+    """Whether a CSV file lists recordings (a column ``file``, none for time) and holds none."""
+    columns = peek_header(path) if Path(path).suffix.lower() == ".csv" else ()
+    return "file" in columns and "t" not in columns
+
+
 def check_readable(path: Path) -> None:
     """Refuse a missing file or a folder with one sentence.
 

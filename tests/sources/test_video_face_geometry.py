@@ -47,7 +47,7 @@ def eye_centres(rotation: FloatArray, position: FloatArray) -> FloatArray:
     for corners, side in zip(EYE_CORNERS, (1, -1), strict=True):
         middle = np.mean([FACE_POINTS[i] for i in corners], axis=0) / 1000
         back, outward, up = EYE_OFFSET
-        centres.append(rotation @ (middle + [back, side * outward, up]) + position)
+        centres.append(rotation @ (middle + np.array([back, side * outward, up])) + position)
     return np.array(centres)
 
 

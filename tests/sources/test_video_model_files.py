@@ -158,7 +158,7 @@ def test_a_download_of_something_else_is_refused(
         raise ValueError("SHA256 hash of downloaded file does not match")
 
     fake_pooch(monkeypatch, tmp_path, retrieve)
-    with pytest.raises(ModelFileError, match="sent something else than net.task"):
+    with pytest.raises(ModelFileError, match=r"sent something else than net\.task"):
         find_model_file(network.name)
 
 

@@ -6,12 +6,14 @@ import math
 
 import pytest
 from py_trees.common import Status
-from trees.tree_fakes import Stage, TeleportRobot, close
+from trees.tree_fakes import Stage, TeleportRobot, close, one_tree
 
+from kendon.errors import RobotError
 from kendon.geometry import UNKNOWN_ROTATION, Pose2D, yaw_quaternion
+from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.robots.base import CommandKind, CommandStatus
-from kendon.trees import Pose
+from kendon.trees import Pose, TickContext
 from kendon.trees.commands import RETRY_AFTER
 
 FACE = '<GetPoseFromFace closest_face="{face}"/>'
@@ -325,6 +327,29 @@ def test_a_drive_that_somebody_stopped_pauses_before_it_goes_on() -> None:
     assert stage.run(None, 1.0) is Status.FAILURE
     assert stage.message("MoveBase").endswith("cancelled: stopped")
     assert len(stage.sent(CommandKind.GO_TO)) == 1
+
+
+class LostRobot(TeleportRobot):
+    lost = True
+
+    @property
+    def pose(self) -> Pose2D:
+        if self.lost:
+            raise RobotError("no pose has been heard yet")
+        return self.place
+
+
+def test_a_robot_that_does_not_know_where_it_stands() -> None:
+    robot = LostRobot()
+    context = TickContext(0.0, Phase.IA, PersonFrame(0.0, head=(4.0, 1.0, 1.7)), robot)
+    tree = one_tree(APPROACH)
+    assert tree.tick(context) is Status.FAILURE
+    robot.lost = False
+    assert tree.tick(context) is Status.RUNNING
+    robot.lost = True
+    assert tree.tick(context) is Status.FAILURE
+    assert "no pose has been heard yet" in {state.message for state in tree.states()}
+    assert robot.log[0].status is CommandStatus.CANCELLED
 
 
 def test_an_unknown_heading_keeps_to_the_line() -> None:

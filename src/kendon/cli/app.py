@@ -8,7 +8,9 @@ import sys
 import typer
 
 from kendon._version import __version__
+from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
+from kendon.cli.greet import EPILOG as GREET_EPILOG
 from kendon.cli.greet import greet_command
 from kendon.cli.information import doctor_command, models_command, sources_command
 from kendon.errors import KendonError
@@ -22,8 +24,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-app.command("greet")(greet_command)
-app.command("estimate")(estimate_command)
+app.command("greet", epilog=GREET_EPILOG)(greet_command)
+app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("sources")(sources_command)
 app.command("models")(models_command)
 app.command("doctor")(doctor_command)

@@ -21,19 +21,21 @@ from kendon.cli.options import (
     RobotFaceOption,
     SourceOption,
     err,
+    note,
     out,
     point,
     source_options,
 )
-from kendon.errors import ParameterError
+from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, load_observations
 from kendon.geometry import Vec3
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.observations import Observations
 from kendon.person import PersonFrame
 from kendon.sources import SourceOptions
+from kendon.tables import is_index
 
-_EPILOG = """
+EPILOG = """
 **Examples**
 
 `kendon estimate recordings/*.csv --out phases/`
@@ -55,7 +57,7 @@ def estimate_command(
     robot_face: RobotFaceOption = "0,0,1.2",
     gestures_from_phases: GesturesOption = False,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Write <name>.csv for each file into this folder.")
+        Path | None, typer.Option("--out", help="Write NAME.csv for each file into this folder.")
     ] = None,
     source: SourceOption = None,
     camera_pose: CameraPoseOption = "0,0,1.2",
@@ -64,6 +66,7 @@ def estimate_command(
     model_files: ModelFilesOption = None,
 ) -> None:
     """Read the greeting phases of recorded people."""
+    files = _without_indexes(files)
     options = source_options(camera_pose, fov, fps, model_files)
     face = point("--robot-face", robot_face)
     greeting_model = load_model(model)
@@ -79,11 +82,28 @@ def estimate_command(
     elif len(files) == 1:
         out.print(_timeline(estimates[0]))
     if not gestures_from_phases and not any(_gestures_known(o) for o in observed):
-        err.print(
-            "note: no gesture information in the input; salutations and dips are read from"
-            " distance, speed, gaze and smile alone",
-            style="dim", highlight=False, soft_wrap=True,
-        )  # fmt: skip
+        note(
+            "no gesture information in the input; salutations and dips are read from distance,"
+            " speed, gaze and smile alone"
+        )
+
+
+def _without_indexes(files: list[str]) -> list[str]:
+    """The files that are recordings: ``*.csv`` also takes in the index beside them.
+
+    Raises:
+        DataError: nothing but indexes was named.
+    """
+    indexes = [file for file in files if is_index(file)]
+    if len(indexes) == len(files):
+        raise DataError(
+            "this only lists recordings; name the recordings themselves, for example"
+            f" {Path(files[0]).parent}/*.csv",
+            file=files[0],
+        )
+    for index in indexes:
+        note(f"{index} only lists recordings and is left out")
+    return [file for file in files if file not in indexes]
 
 
 def _targets(files: list[str], folder: Path | None) -> list[Path]:
@@ -133,8 +153,7 @@ def _observe_all(
                 load_observations(
                     file, options, source=source, robot_face=face,
                     gestures_from_phases=gestures_from_phases, progress=tell,
-                    note=lambda text: err.print(f"note: {text}", style="dim", highlight=False,
-                                                soft_wrap=True),
+                    note=note,
                 )
             )  # fmt: skip
     return results

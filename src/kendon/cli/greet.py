@@ -20,6 +20,7 @@ from kendon.cli.options import (
     RobotFaceOption,
     SourceOption,
     err,
+    note,
     out,
     point,
     source_options,
@@ -38,6 +39,19 @@ _SOURCE_HELP = (
     "A recording, `camera:0`, or `simulated` (also `simulated:late-wave` and others, see"
     " `kendon sources`)."
 )
+
+
+EPILOG = """
+**Examples**
+
+`kendon greet` · a simulated person, as fast as it goes
+
+`kendon greet simulated:late-wave --speed 1 --figure wave.png` · in real time, drawn at the end
+
+`kendon greet recording.csv --tree my_trees.xml --out answers/` · your own behaviour trees
+
+`kendon greet camera:0 --fov 70` · whoever stands before the camera
+"""
 
 
 def greet_command(
@@ -75,8 +89,8 @@ def greet_command(
     person = open_source(spec, options, name=source)
     if gestures_from_phases:
         person = _with_gestures(person, spec)
-    for note in person.notes:
-        err.print(f"note: {note}", style="dim", highlight=False, soft_wrap=True)
+    for sentence in person.notes:
+        note(sentence)
     robot = PointRobot(face=face, leash=None if person.reacts else 0.0)
     greeter = Greeter(person, greeting_model, robot, behaviour)
     encounter = _run(greeter, _title(spec), speed, quiet)

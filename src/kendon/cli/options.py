@@ -70,6 +70,11 @@ ModelFilesOption = Annotated[
 ]
 
 
+def note(text: str) -> None:
+    """Tell the user something worth knowing, beside the results."""
+    err.print(f"note: {text}", style="dim", highlight=False, soft_wrap=True)
+
+
 def source_options(
     camera_pose: str, fov: float | None, fps: float | None, model_files: Path | None
 ) -> SourceOptions:

@@ -26,7 +26,7 @@ from kendon.trees.poses import WORLD_FRAME
 from kendon.trees.state import TreeState
 
 #: A leaf whose command failed waits this long before it tries again, lest a robot that refuses
-#: is asked ten times a second [s]. Twice the flow's longest reaction: ten ticks, five beliefs.
+#: is asked ten times a second [s]. Chosen: long enough not to nag, short within a phase.
 RETRY_AFTER = 2.0
 
 #: A base goal that moved by less is the same goal; a robot this near is there [m], [rad].

@@ -171,7 +171,7 @@ class ReactiveFallback(Fallback):
     reactive = True
 
 
-def threshold(text_value: int, children: int) -> int:
+def threshold(count: int, children: int) -> int:
     """How many children a Parallel's count means; negative counts from the end, -1 is all.
 
     Raises:
@@ -180,12 +180,12 @@ def threshold(text_value: int, children: int) -> int:
     >>> threshold(-1, 3), threshold(2, 3)
     (3, 2)
     """
-    if not -children <= text_value <= children:
+    if not -children <= count <= children:
         raise TreeError(
             f"a Parallel with {children} children takes counts from {-children} to {children},"
-            f" not {text_value}"
+            f" not {count}"
         )
-    return children + text_value + 1 if text_value < 0 else text_value
+    return children + count + 1 if count < 0 else count
 
 
 class Parallel(ControlNode):

@@ -18,7 +18,8 @@ from kendon.trees.poses import FRAMES, Pose, parse_pose
 
 Direction = Literal["input", "output", "inout"]
 
-#: Vizzy's arm routines by name, and by the number its arm topic takes, with kendon's names.
+#: Vizzy's arm routines by name, with kendon's names for them; a robot with gestures of its own
+#: adds them here. `GESTURE_NUMBERS` has them by the number Vizzy's arm topic takes.
 GESTURES: dict[str, str] = {
     name: name.lower()
     for name in (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendon.errors import TreeError
+from kendon.errors import RobotError, TreeError
 from kendon.geometry import Vec3
 from kendon.person import PersonFrame
 from kendon.phases import Phase
@@ -64,7 +64,11 @@ class TreeState:
             x, y, z = person.head
             # A face whose height is unknown is taken to be level with the robot's own.
             head: Vec3 = (x, y, z if z == z else robot.face[2])
-            self.face = Pose(head, person.head_rotation, BASE_FRAME).in_world(robot.pose)
+            try:
+                pose = robot.pose
+            except RobotError:  # it does not know where it stands, nor then where the face is
+                return
+            self.face = Pose(head, person.head_rotation, BASE_FRAME).in_world(pose)
             self.face_seen = context.t
 
     def forget(self) -> None:

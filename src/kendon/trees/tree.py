@@ -106,14 +106,14 @@ class GreetingTree:
     def states(self) -> list[NodeState]:
         """Every node as it stands after the last tick, parents before their children."""
         return [
-            NodeState(path, kind, node.name, _SHOWN[node.status], node.feedback_message)
+            NodeState(path, kind, node.name, shown, "" if shown == "idle" else message)
             for path, kind, node in self._nodes
+            for shown, message in [(_SHOWN[node.status], node.feedback_message)]
         ]
 
     def _build(self, spec: NodeSpec, tree: str, scope: Scope, above: str) -> Behaviour:
         path = self._path(above, spec.name)
         place = len(self._nodes)
-        children: list[Behaviour]
         if spec.subtree:
             target = spec.attributes["ID"]
             remap = {k: v for k, v in spec.attributes.items() if k != "ID" and k[0] != "_"}
