@@ -50,7 +50,7 @@ apt_install() {
     reason=$1
     shift
     if ! command -v apt-get >/dev/null; then
-        die "$reason; install that with your system's package manager (on Debian: $*)."
+        die "$reason; install them with the system's package manager (Debian's names: $*)."
     fi
     if [ "$(id -u)" != 0 ]; then
         die "$reason; run this, then try again:  sudo apt-get update && sudo apt-get install -y $*"

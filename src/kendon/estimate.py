@@ -14,9 +14,9 @@ from kendon.features import PERIOD, ROBOT_FACE, observe
 from kendon.geometry import Vec3
 from kendon.models import GreetingModel
 from kendon.observations import FEATURES, Observations, read_observations
-from kendon.person import FloatArray, IntArray, PersonFrame, Track
+from kendon.person import FloatArray, IntArray, PersonFrame
 from kendon.phases import PHASE_NAMES, Phase
-from kendon.sources import RecordedSource, Source, SourceOptions, open_source
+from kendon.sources import SourceOptions, open_source
 from kendon.tables import peek_header, write_table
 
 
@@ -117,7 +117,7 @@ def load_observations(
     opened = open_source(spec, options, name=source)
     for sentence in opened.notes if note else ():
         note(sentence)  # type: ignore[misc]
-    track = _track(opened, spec, progress)
+    track = opened.record(progress)
     if gestures_from_phases:
         track = track.with_gestures_from_phases()
     if track.duration < PERIOD:
@@ -125,14 +125,3 @@ def load_observations(
             f"lasts {track.duration:.2f} s; the first observation needs {PERIOD:g} s", file=spec
         )
     return observe(track, robot_face)
-
-
-def _track(source: Source, spec: str, progress: Callable[[PersonFrame], None] | None) -> Track:
-    if isinstance(source, RecordedSource):
-        return source.track
-    frames = []
-    for frame in source.frames():
-        frames.append(frame)
-        if progress:
-            progress(frame)
-    return Track.from_frames(frames, Path(spec).stem)

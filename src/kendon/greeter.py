@@ -224,20 +224,21 @@ class Encounter:
     def stretches(self) -> list[tuple[Action, float, int]]:
         """The actions with follow-ups joined: the first one, when the last ended, how many.
 
-        A drive or a look that is sent again because its goal moved, in answer to the same phase,
-        is one stretch.
+        A drive or a look that is sent again because its goal moved, in answer to the same visit
+        of a phase, is one stretch.
         """
         joined: list[tuple[Action, float, int]] = []
-        newest: dict[str, int] = {}
-        for action in self.actions:
+        newest: dict[str, int] = {}  # by channel, since the phase last changed
+        for number, action in enumerate(self.actions):
+            if number and action.phase is not self.actions[number - 1].phase:
+                newest.clear()
             place = newest.get(action.channel)
-            if place is not None:
+            if place is not None and joined[place][0].label == action.label:
                 first, end, count = joined[place]
-                if (first.label, first.phase) == (action.label, action.phase):
-                    joined[place] = first, max(end, action.end), count + 1
-                    continue
-            newest[action.channel] = len(joined)
-            joined.append((action, action.end, 1))
+                joined[place] = first, max(end, action.end), count + 1
+            else:
+                newest[action.channel] = len(joined)
+                joined.append((action, action.end, 1))
         return joined
 
     @property

@@ -87,7 +87,7 @@ def test_without_a_heading_the_goal_lies_on_the_line(
         gone = math.hypot(goal.x - robot.x, goal.y - robot.y)
         assert gone == pytest.approx(away - distance, abs=1e-6)
     else:
-        assert (goal.x, goal.y) == (robot.x, robot.y)
+        assert (goal.x, goal.y) == pytest.approx((robot.x, robot.y), abs=1e-6)
 
 
 def test_a_robot_that_is_near_enough_keeps_its_place_unless_told_to_retreat() -> None:

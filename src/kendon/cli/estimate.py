@@ -135,6 +135,13 @@ def _observe_all(
     gestures_from_phases: bool,
 ) -> list[Observations]:
     results = []
+    told: set[str] = set()
+
+    def tell_once(sentence: str) -> None:
+        if sentence not in told:
+            told.add(sentence)
+            note(sentence)
+
     columns = (SpinnerColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=err, transient=True) as progress:
         task = progress.add_task("reading")
@@ -153,7 +160,7 @@ def _observe_all(
                 load_observations(
                     file, options, source=source, robot_face=face,
                     gestures_from_phases=gestures_from_phases, progress=tell,
-                    note=note,
+                    note=tell_once,
                 )
             )  # fmt: skip
     return results

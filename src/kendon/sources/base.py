@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import Vec3
-from kendon.person import PersonFrame
+from kendon.person import PersonFrame, Track
 from kendon.robots.base import Robot
 
 
@@ -80,6 +80,24 @@ class Source(ABC):
     @abstractmethod
     def frames(self) -> Iterator[PersonFrame]:
         """The person, frame by frame, with growing stamps [s]."""
+
+    def record(self, progress: Callable[[PersonFrame], None] | None = None) -> Track:
+        """Everything the source gives, as a track; a live source must be stopped from outside.
+
+        Args:
+            progress: called after each frame.
+
+        Raises:
+            DataError: there is something wrong with what it reads.
+        """
+
+        def watched() -> Iterator[PersonFrame]:
+            for frame in self.frames():
+                yield frame
+                if progress:
+                    progress(frame)
+
+        return Track.from_frames(watched(), self.name)
 
     def attach(self, robot: Robot) -> None:
         """Tell the source which robot it is in the presence of; called once before `frames`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Self
 
@@ -22,6 +22,11 @@ class RecordedSource(Source):
     def frames(self) -> Iterator[PersonFrame]:
         """The frames of the track."""
         return iter(self.track)
+
+    def record(self, progress: Callable[[PersonFrame], None] | None = None) -> Track:
+        """The track itself."""
+        del progress  # there is nothing to wait for
+        return self.track
 
     def with_gestures_from_phases(self) -> Self:
         """The same recording as if the thesis's keys had been pressed by its true phases.

@@ -212,5 +212,5 @@ def _draw_paths(axes: Axes, encounter: Encounter) -> None:
             Line2D([], [], marker="o", ls="", mfc="white", mec=_INK, label="start"),
             Line2D([], [], marker="o", ls="", color=_INK, label="end"),
         ],
-        loc="lower right", frameon=False, fontsize=8,
+        loc="best", frameon=False, fontsize=8,
     )  # fmt: skip
