@@ -16,7 +16,7 @@ from kendon.models import GreetingModel
 from kendon.observations import FEATURES, Observations, read_observations
 from kendon.person import FloatArray, IntArray, PersonFrame
 from kendon.phases import PHASE_NAMES, Phase
-from kendon.sources import SourceOptions, open_source
+from kendon.sources import SourceOptions, find_source, open_source
 from kendon.tables import peek_header, write_table
 
 
@@ -114,6 +114,8 @@ def load_observations(
         if gestures_from_phases:
             raise ParameterError(f"{spec}: observations hold their gestures already")
         return observations
+    if find_source(spec, name=source).live:
+        raise DataError("estimate reads recordings; for a device there is kendon greet", file=spec)
     opened = open_source(spec, options, name=source)
     for sentence in opened.notes if note else ():
         note(sentence)  # type: ignore[misc]

@@ -12,7 +12,12 @@ from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
 from kendon.cli.greet import EPILOG as GREET_EPILOG
 from kendon.cli.greet import greet_command
-from kendon.cli.information import doctor_command, models_command, sources_command
+from kendon.cli.information import (
+    doctor_command,
+    models_command,
+    sources_command,
+    trees_command,
+)
 from kendon.errors import KendonError
 
 app = typer.Typer(
@@ -28,6 +33,7 @@ app.command("greet", epilog=GREET_EPILOG)(greet_command)
 app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("sources")(sources_command)
 app.command("models")(models_command)
+app.command("trees")(trees_command)
 app.command("doctor")(doctor_command)
 
 

@@ -143,7 +143,7 @@ def _observe_all(
             note(sentence)
 
     columns = (SpinnerColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=err, transient=True) as progress:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("reading")
         for number, file in enumerate(files, 1):
             name = f"{Path(file).name} ({number} of {len(files)})"

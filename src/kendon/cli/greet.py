@@ -54,6 +54,10 @@ EPILOG = """
 """
 
 
+#: The files a figure can be drawn into.
+PICTURES = (".png", ".svg", ".pdf")
+
+
 def greet_command(
     spec: Annotated[str, typer.Argument(metavar="[SOURCE]", help=_SOURCE_HELP)] = "simulated",
     model: ModelOption = DEFAULT_MODEL,
@@ -82,6 +86,10 @@ def greet_command(
     """Let a robot greet the person of a source; without one, a simulated person."""
     if not 0 <= speed <= 1000:
         raise ParameterError(f"--speed lies between 0 (as fast as it goes) and 1000, not {speed:g}")
+    if figure and figure.suffix.lower() not in PICTURES:
+        raise DataError(f"a figure is a {' or '.join(PICTURES)} file", file=figure)
+    if folder and folder.exists() and not folder.is_dir():
+        raise DataError("--out names a folder, but this is a file", file=folder)
     face = point("--robot-face", robot_face)
     options = source_options(camera_pose, fov, fps, model_files)
     behaviour = GreetingTree(tree) if tree else GreetingTree()
@@ -152,8 +160,6 @@ def _print_summary(encounter: Encounter) -> None:
 
 
 def _write(encounter: Encounter, folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise DataError("--out names a folder, but this is a file", file=folder)
     probabilities = encounter.probabilities
     phases = probabilities.argmax(axis=1) + 1
     Estimate(encounter.observations, probabilities, phases).write(folder / "phases.csv")

@@ -13,9 +13,11 @@ from rich.table import Table
 
 from kendon._version import __version__
 from kendon.cli.options import out
+from kendon.errors import DataError
 from kendon.models import DEFAULT_MODEL, load_model, model_names
 from kendon.sources import registered_sources
 from kendon.sources.model_files import ModelFileState, model_file_reports
+from kendon.trees import NODES, Port, shipped_trees, write_trees
 
 #: The packages of each optional extra, by the name they are imported under.
 _EXTRAS = {
@@ -42,6 +44,37 @@ def models_command() -> None:
         model = load_model(name)
         table.add_row(f"{name}{' (default)' * (name == DEFAULT_MODEL)}", model.title, model.source)
     out.print(table)
+
+
+def trees_command(
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write kendon's own trees into this .xml file, to be edited."),
+    ] = None,
+) -> None:
+    """List the nodes that a behaviour tree may use, with their ports."""
+    if export:
+        if export.exists():
+            raise DataError("this file exists; name a new one", file=export)
+        write_trees(shipped_trees(), export)
+        out.print(f"{export} opens in Groot2; run it with: kendon greet --tree {export}")
+        return
+    table = Table(box=None, pad_edge=False)
+    for column in ("node", "what it does", "ports"):
+        table.add_column(column, overflow="fold")
+    for category in ("Action", "Condition", "Control", "Decorator"):
+        table.add_section()
+        table.add_row(f"[bold]{category}[/]")
+        for node in NODES.values():
+            if node.category == category:
+                ports = (_port_words(port) for port in node.ports)
+                table.add_row(node.id, node.doc, ", ".join(ports))
+    out.print(table)
+
+
+def _port_words(port: Port) -> str:
+    default = f"={port.default}" if port.default else ""
+    return f"{port.name}{default}" + " (out)" * (port.direction == "output")
 
 
 def doctor_command(

@@ -12,6 +12,7 @@ from rich.console import Console
 from kendon.errors import ParameterError
 from kendon.geometry import Vec3
 from kendon.sources import CameraMount, SourceOptions
+from kendon.sources.camera_geometry import MAX_FOV, MIN_FOV
 
 out = Console()
 err = Console(stderr=True)
@@ -83,6 +84,9 @@ def source_options(
     Raises:
         ParameterError: one of them is not what it should be.
     """
+    if fov is not None and not MIN_FOV <= math.radians(fov) <= MAX_FOV:
+        low, high = math.degrees(MIN_FOV), math.degrees(MAX_FOV)
+        raise ParameterError(f"--fov lies between {low:.0f} and {high:.0f} degrees, not {fov:g}")
     numbers = _numbers("--camera-pose", camera_pose, (3, 5), "X,Y,Z or X,Y,Z,YAW,PITCH")
     yaw, pitch = (math.radians(a) for a in numbers[3:]) if len(numbers) == 5 else (0.0, 0.0)
     return SourceOptions(

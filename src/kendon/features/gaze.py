@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendon.person import FloatArray
 
@@ -75,16 +74,18 @@ def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: FloatArray) ->
 
     Args:
         head: faces in ``base_footprint``, shape (..., 3) [m].
-        rotation: orientations of the head, quaternions x y z w, shape (..., 4).
+        rotation: orientations of the head, unit quaternions x y z w, shape (..., 4).
         robot_face: the robot's face in the same frame, shape (3,) [m].
 
     Returns:
         Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
     """
-    direction = np.full(head.shape, np.nan)
-    known = np.isfinite(rotation).all(axis=-1)
-    if known.any():
-        direction[known] = Rotation.from_quat(rotation[known]).as_matrix()[..., :, 0]
+    # The rotated x axis, written out: this is the hot path, and scipy's rotations alone would
+    # double the time that kendon takes to start.
+    x, y, z, w = np.moveaxis(rotation, -1, 0)
+    direction = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1
+    )
     return ray_gaze(head, pierce(head, direction, robot_face), robot_face)
 
 

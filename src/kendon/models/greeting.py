@@ -18,6 +18,9 @@ from kendon.phases import Phase
 _PHASES = len(Phase)
 _FEATURES = len(FEATURES)
 
+#: A smaller number is zero for all that arithmetic can do with it.
+_SMALLEST_VARIANCE = float(np.finfo(float).tiny)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Belief:
@@ -57,7 +60,7 @@ class GreetingModel:
             "variances": (_PHASES, _FEATURES),
         }
         for field, shape in shapes.items():
-            value = np.array(getattr(self, field), dtype=float)
+            value = self._numbers(field)
             if value.shape != shape:
                 raise ParameterError(
                     f"model {self.name!r}: {field} has shape {value.shape} instead of {shape}"
@@ -67,18 +70,34 @@ class GreetingModel:
                     f"model {self.name!r}: {field} holds a value that is not finite"
                 )
             if field in ("startprob", "transmat"):
-                total = value.sum(axis=-1, keepdims=True)
-                if (value < 0).any() or (abs(total - 1) > 2e-3).any():
+                if (value < 0).any():
+                    raise ParameterError(
+                        f"model {self.name!r}: {field} holds a negative probability,"
+                        f" {value.min():g}"
+                    )
+                with np.errstate(over="ignore"):
+                    total = value.sum(axis=-1, keepdims=True)
+                if (abs(total - 1) > 2e-3).any():
                     raise ParameterError(
                         f"model {self.name!r}: {field} must hold probabilities that sum to 1"
                         f"{' in each row' if field == 'transmat' else ''},"
                         f" not {np.array2string(total.ravel(), precision=4)}"
                     )
                 value = value / total
-            elif field == "variances" and (value <= 0).any():
-                raise ParameterError(f"model {self.name!r}: every variance must be positive")
+            elif field == "variances" and (value < _SMALLEST_VARIANCE).any():
+                raise ParameterError(
+                    f"model {self.name!r}: every variance must be positive, not {value.min():g}"
+                )
             value.setflags(write=False)
             object.__setattr__(self, field, value)
+
+    def _numbers(self, field: str) -> FloatArray:
+        try:
+            return np.array(getattr(self, field), dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"model {self.name!r}: {field} must hold numbers, in rows of equal length"
+            ) from None
 
     def filter(self, X: FloatArray) -> FloatArray:
         """The belief after each observation, P(phase_t | x_1..x_t) (thesis Algorithm 1).
@@ -128,7 +147,7 @@ class GreetingModel:
         return hmm.Emission.of(self.means, self.variances)
 
     def _log_emissions(self, X: FloatArray) -> FloatArray:
-        X = np.asarray(X, dtype=float)
+        X = _as_numbers(X)
         if X.ndim != 2 or X.shape[1] != _FEATURES or not len(X):
             raise ParameterError(
                 f"observations have shape (T, {_FEATURES}) with T at least 1, not {X.shape};"
@@ -150,8 +169,9 @@ class Tracker:
     def __init__(self, model: GreetingModel) -> None:
         self.model = model
         self._emission = model.emission
-        self._transmat = model.transmat
-        self._prediction = model.startprob
+        self._log_startprob = hmm.log_probabilities(model.startprob)
+        self._log_transmat = hmm.log_probabilities(model.transmat)
+        self._prediction = self._log_startprob
 
     def step(self, x: FloatArray | Sequence[float] | Observation) -> Belief:
         """Take in the next observation and return the belief after it (thesis Algorithm 1).
@@ -162,21 +182,32 @@ class Tracker:
         Raises:
             ParameterError: there are not seven, or one is beyond all measure.
         """
-        values = x.values if isinstance(x, Observation) else np.asarray(x, dtype=float)
+        values = x.values if isinstance(x, Observation) else _as_numbers(x)
         if values.shape != (_FEATURES,):
             raise ParameterError(
                 f"an observation has {_FEATURES} features ({', '.join(FEATURES)}),"
                 f" not shape {values.shape}"
             )
-        log_emission = self._emission.log_likelihood(values)
-        if not math.isfinite(log_emission[0]):
+        with np.errstate(over="ignore"):
+            log_emission = self._emission.log_likelihood(values)
+        if not math.isfinite(sum(log_emission.tolist())):
             raise ParameterError(
                 f"an observation holds a value beyond all measure, {values}; use NaN for unknown"
             )
-        probabilities, _ = hmm.condition(self._prediction, log_emission)
-        self._prediction = hmm.predict(probabilities, self._transmat)
-        return Belief(probabilities)
+        log_belief, _ = hmm.condition(self._prediction, log_emission)
+        self._prediction = hmm.predict(log_belief, self._log_transmat)
+        return Belief(np.exp(log_belief))
 
     def reset(self) -> None:
         """Forget everything: the next observation is the first of a greeting."""
-        self._prediction = self.model.startprob
+        self._prediction = self._log_startprob
+
+
+def _as_numbers(values: object) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"observations hold numbers, NaN for unknown, in rows of {_FEATURES}:"
+            f" {', '.join(FEATURES)}"
+        ) from None

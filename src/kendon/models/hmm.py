@@ -1,9 +1,10 @@
 """Hidden Markov models with Gaussian emissions: pure functions on arrays (thesis 2.2, 3.6.1).
 
-K states, T steps, F features. Everything is computed with logarithms of the emissions scaled
-by their largest, so that nothing underflows however unlikely an observation is; the floor of
-1e-100 in Algorithm 1, which serves the same purpose, is not needed. A feature that is NaN is
-unknown and marginalised: it drops out of the product of Algorithm 1, line 6.
+K states, T steps, F features. Everything is carried as logarithms, so that nothing underflows
+however unlikely an observation is and however long a state has been out of favour: a state that
+lost by a factor of 1e-400 can still win later. The floor of 1e-100 in Algorithm 1, which serves
+the same purpose for a single step, is not needed. A feature that is NaN is unknown and
+marginalised: it drops out of the product of Algorithm 1, line 6.
 
 The online step is the same two functions as the batch filter: `predict`, then `condition`.
 """
@@ -62,32 +63,35 @@ def log_emissions(X: FloatArray, means: FloatArray, variances: FloatArray) -> Fl
         means: (K, F).
         variances: (K, F), positive.
     """
-    terms = (X[:, None, :] - means) ** 2 / variances + np.log(variances) + _LOG_2PI
-    return np.asarray(-0.5 * np.where(np.isnan(X)[:, None, :], 0.0, terms).sum(axis=2))
+    # Row by row, as the tracker does, so that both give the same numbers to the last bit.
+    emission = Emission.of(means, variances)
+    return np.array([emission.log_likelihood(x) for x in X]).reshape(len(X), len(means))
 
 
-def predict(belief: FloatArray, transmat: FloatArray) -> FloatArray:
-    """P(state_t | o_1..o_{t-1}) from the belief at t-1; both shape (K,)."""
-    return np.asarray(belief.dot(transmat))
-
-
-def condition(predicted: FloatArray, log_emission: FloatArray) -> tuple[FloatArray, float]:
-    """P(state_t | o_1..o_t) from the prediction, and log P(o_t | o_1..o_{t-1}).
+def predict(log_belief: FloatArray, log_transmat: FloatArray) -> FloatArray:
+    """Log P(state_t | o_1..o_{t-1}), shape (K,).
 
     Args:
-        predicted: (K,), sums to one.
-        log_emission: log P(o_t | state), (K,).
+        log_belief: log P(state_{t-1} | o_1..o_{t-1}), (K,); -inf = impossible.
+        log_transmat: (K, K), from row to column; -inf = impossible.
     """
+    return np.asarray(np.logaddexp.reduce(log_belief[:, None] + log_transmat, axis=0))
+
+
+def condition(log_predicted: FloatArray, log_emission: FloatArray) -> tuple[FloatArray, float]:
+    """Log P(state_t | o_1..o_t), shape (K,), and log P(o_t | o_1..o_{t-1}).
+
+    Args:
+        log_predicted: log P(state_t | o_1..o_{t-1}), (K,); -inf = impossible.
+        log_emission: log P(o_t | state), (K,), finite.
+    """
+    joint = log_predicted + log_emission
     # Six states are too few for array arithmetic to pay: this is the hot path of the tracker.
-    pairs = list(zip(predicted.tolist(), log_emission.tolist(), strict=True))
-    # Scaled by the best state that is possible at all: the total cannot become zero.
-    scale = max(log for probability, log in pairs if probability > 0)
-    joint = [
-        probability * math.exp(log - scale) if probability > 0 else 0.0
-        for probability, log in pairs
-    ]
-    total = sum(joint)
-    return np.array([value / total for value in joint]), scale + math.log(total)
+    values = joint.tolist()
+    scale = max(values)
+    # Subtracted one after the other: both stay exact where the states that matter are.
+    rest = math.log(sum([math.exp(value - scale) for value in values]))
+    return joint - scale - rest, scale + rest
 
 
 def forward(startprob: FloatArray, transmat: FloatArray, log_emission: FloatArray) -> Filtered:
@@ -98,16 +102,22 @@ def forward(startprob: FloatArray, transmat: FloatArray, log_emission: FloatArra
         transmat: (K, K), rows sum to one.
         log_emission: (T, K).
     """
-    probabilities = np.empty_like(log_emission)
-    predicted = np.empty_like(log_emission)
+    log_beliefs = np.empty_like(log_emission)
+    log_predicted = np.empty_like(log_emission)
     log_likelihood = 0.0
-    prediction = startprob
+    prediction, log_transmat = log_probabilities(startprob), log_probabilities(transmat)
     for t, row in enumerate(log_emission):
-        predicted[t] = prediction
-        probabilities[t], gain = condition(prediction, row)
+        log_predicted[t] = prediction
+        log_beliefs[t], gain = condition(prediction, row)
         log_likelihood += gain
-        prediction = predict(probabilities[t], transmat)
-    return Filtered(probabilities, predicted, log_likelihood)
+        prediction = predict(log_beliefs[t], log_transmat)
+    return Filtered(np.exp(log_beliefs), np.exp(log_predicted), log_likelihood)
+
+
+def log_probabilities(probabilities: FloatArray) -> FloatArray:
+    """Logarithms of probabilities of any shape; -inf where a state or move is impossible."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(probabilities))
 
 
 def viterbi(
@@ -118,10 +128,9 @@ def viterbi(
     Returns:
         States 0..K-1, shape (T,), and the logarithm of the joint probability.
     """
-    with np.errstate(divide="ignore"):  # impossible moves are -inf
-        log_start, log_moves = np.log(startprob), np.log(transmat)
+    log_moves = log_probabilities(transmat)
     steps = len(log_emission)
-    best = log_start + log_emission[0]
+    best = log_probabilities(startprob) + log_emission[0]
     came_from = np.zeros(log_emission.shape, dtype=np.int64)
     for t in range(1, steps):
         scores = best[:, None] + log_moves

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from fractions import Fraction
 from importlib import resources
@@ -43,10 +44,13 @@ def load_model(name_or_path: str | Path = DEFAULT_MODEL) -> GreetingModel:
     text = str(name_or_path)
     if text in model_names():
         return _read(_published() / f"{text}.toml", text)
-    path = Path(name_or_path)
-    if path.suffix != ".toml" and not path.exists():
+    path = Path(text)
+    # os.path, as Path.exists raises for names that no file can have.
+    if not text or (path.suffix != ".toml" and not os.path.exists(text)):
         raise UnknownNameError("model", text, [*model_names(), "or a path to a .toml model file"])
-    if not path.is_file():
+    if os.path.isdir(text):
+        raise DataError("this is a folder, not a model file", file=path)
+    if not os.path.isfile(text):
         raise DataError("there is no such model file", file=path)
     return _read(path, path.stem)
 
@@ -58,8 +62,8 @@ def _published() -> Traversable:
 def _read(file: Traversable, name: str) -> GreetingModel:
     place = name if not isinstance(file, Path) else file
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        content = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise DataError(f"this is not a readable model file ({error})", file=place) from None
     except OSError as error:
         raise DataError(f"cannot be read ({error.strerror})", file=place) from None
@@ -67,29 +71,54 @@ def _read(file: Traversable, name: str) -> GreetingModel:
     if missing:
         raise DataError(f"a model file needs {', '.join(missing)} as well", file=place)
     for key, expected in (("phases", PHASE_NAMES), ("features", FEATURES)):
-        if tuple(content[key]) != expected:
+        if content[key] != list(expected):
             raise DataError(f"{key} must be {', '.join(expected)} in this order", file=place)
     unit = content.get("length_unit", "m")
-    if unit not in _LENGTHS:
+    if not isinstance(unit, str) or unit not in _LENGTHS:
         raise DataError(f"length_unit is {unit!r}; valid: {', '.join(_LENGTHS)}", file=place)
     # Distance and speed, the first two features, carry the length.
     scale = np.array([_LENGTHS[unit]] * 2 + [1.0] * (len(FEATURES) - 2))
     try:
+        deviations = _table("standard_deviations", content) * scale
+        if (deviations <= 0).any():
+            raise ParameterError("every standard deviation must be positive")
+        with np.errstate(over="ignore"):  # the model refuses what is not finite
+            variances = deviations**2
         return GreetingModel(
-            startprob=_numbers(content["startprob"]),
-            transmat=_numbers(content["transmat"]),
-            means=_numbers(content["means"]) * scale,
-            variances=(_numbers(content["standard_deviations"]) * scale) ** 2,
+            startprob=_numbers("startprob", content["startprob"]),
+            transmat=_numbers("transmat", content["transmat"]),
+            means=_table("means", content) * scale,
+            variances=variances,
             name=name,
             title=str(content.get("title", "")),
             source=str(content.get("source", "")),
         )
-    except (ParameterError, ValueError, ZeroDivisionError, TypeError) as error:
+    except ParameterError as error:
         raise DataError(f"not a valid model: {error}", file=place) from None
 
 
-def _numbers(values: Any) -> FloatArray:
+def _table(key: str, content: dict[str, Any]) -> FloatArray:
+    """A value for each phase and feature, shape (6, 7)."""
+    values = _numbers(key, content[key])
+    shape = (len(PHASE_NAMES), len(FEATURES))
+    if values.shape != shape:
+        raise ParameterError(f"{key} has shape {values.shape} instead of {shape}")
+    return values
+
+
+def _numbers(key: str, values: Any) -> FloatArray:
     """Nested lists of numbers and fractions ("2/3") as an array."""
+    try:
+        return np.array(_floats(values), dtype=float)
+    except (ArithmeticError, TypeError, ValueError, RecursionError):
+        raise ParameterError(
+            f'{key} must hold finite numbers or fractions such as "2/3", in rows of equal length'
+        ) from None
+
+
+def _floats(values: Any) -> Any:
     if isinstance(values, list):
-        return np.array([_numbers(v) for v in values], dtype=float)
-    return np.asarray(float(Fraction(values)))
+        return [_floats(value) for value in values]
+    if isinstance(values, bool):
+        raise TypeError
+    return float(Fraction(values))

@@ -155,7 +155,11 @@ class Robot(ABC):
         return self._issue(CommandKind.TURN_TO, yaw=wrap_angle(yaw))
 
     def look_at(self, point: Vec3) -> Command:
-        """Turn the head so that the face points at a point in the world [m]."""
+        """Turn the head so that the face points at a point in the world [m].
+
+        The command succeeds when it does; the head then holds still. Who wants it to follow
+        something looks again when that has moved.
+        """
         _require_finite("look_at", *point)
         if len(point) != 3:
             raise ParameterError(f"look_at needs x, y and z, not {tuple(point)}")

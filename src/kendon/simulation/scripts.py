@@ -68,10 +68,12 @@ class Script:
         if not self.acts:
             raise ParameterError("a script needs at least one act")
         for name in ("start", "speed", "stop_distance", "height"):
-            if not getattr(self, name) > 0:
+            if not 0 < getattr(self, name) < math.inf:
                 raise ParameterError(
                     f"a script's {name} must be positive, not {getattr(self, name)}"
                 )
+        if not math.isfinite(self.bearing):
+            raise ParameterError(f"a script's bearing must be finite, not {self.bearing}")
 
 
 _SIGHTING = Act(Phase.IA, seconds=1.6, gaze=1.0, smile=1.0)
@@ -82,8 +84,8 @@ _HANDSHAKE = Act(Phase.CS, seconds=5.0, gaze=0.4, smile=2.0)
 
 
 def _approach(until: float) -> Act:
-    """Walking up without a smile and with the gaze averted (thesis 2.1.4)."""
-    return Act(Phase.APP, until_distance=until, walking=True, gaze=1.1, smile=1.0)
+    """Walking up without a smile and with the eyes on the ground (thesis 2.1.4)."""
+    return Act(Phase.APP, until_distance=until, walking=True, gaze=1.1, smile=1.0, looks_down=True)
 
 
 #: The scripts users can name; the first is the default.

@@ -4,6 +4,7 @@ from kendon.sources.base import (
     CameraMount,
     Source,
     SourceOptions,
+    find_source,
     open_source,
     registered_sources,
 )
@@ -22,6 +23,7 @@ __all__ = [
     "SourceOptions",
     "TrackSource",
     "VideoSource",
+    "find_source",
     "open_source",
     "read_openface",
     "registered_sources",

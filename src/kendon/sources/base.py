@@ -121,24 +121,20 @@ def registered_sources() -> dict[str, type[Source]]:
     return dict(_REGISTER)
 
 
-def open_source(
-    spec: str | Path, options: SourceOptions | None = None, *, name: str | None = None
-) -> Source:
-    """Open a file or device with the source that recognises it, or with the named one.
+def find_source(spec: str | Path, *, name: str | None = None) -> type[Source]:
+    """The source that recognises a file or device, or the named one; opens nothing.
 
     Raises:
         UnknownNameError: no source has that name.
         DataError: the file is missing, or no source recognises it.
     """
-    spec = str(spec)
-    options = options or SourceOptions()
     if name is not None:
         if name not in _REGISTER:
             raise UnknownNameError("source", name, _REGISTER)
-        return _REGISTER[name].open(spec, options)
+        return _REGISTER[name]
     for source in _REGISTER.values():
-        if source.recognises(spec):
-            return source.open(spec, options)
+        if source.recognises(str(spec)):
+            return source
     path = Path(spec)
     if not path.exists():
         raise DataError(
@@ -148,5 +144,20 @@ def open_source(
         )
     if path.is_dir():
         raise DataError("this is a folder; name the files in it, for example DIR/*.csv", file=path)
-    readable = "; ".join(f"{s.name}: {s.reads}" for s in _REGISTER.values())
-    raise DataError(f"no source recognises this file; kendon reads {readable}", file=path)
+    raise DataError(
+        f"no source recognises this file; there are {', '.join(_REGISTER)}, and `kendon sources`"
+        " tells what each of them reads",
+        file=path,
+    )
+
+
+def open_source(
+    spec: str | Path, options: SourceOptions | None = None, *, name: str | None = None
+) -> Source:
+    """Open a file or device with the source that recognises it, or with the named one.
+
+    Raises:
+        UnknownNameError: no source has that name.
+        DataError: the file is missing, wrong, or no source recognises it.
+    """
+    return find_source(spec, name=name).open(str(spec), options or SourceOptions())

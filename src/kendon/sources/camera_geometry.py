@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from kendon.errors import ParameterError
 from kendon.sources.base import CameraMount
@@ -108,6 +107,8 @@ class MountedCamera:
     @classmethod
     def from_mount(cls, mount: CameraMount) -> MountedCamera:
         """Place a level camera at the mount, tilt it by `pitch`, then turn it by `yaw`."""
+        from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
         body = Rotation.from_euler("ZY", [mount.yaw, mount.pitch]).as_matrix()
         return cls(body @ _BODY_FROM_OPTICAL, np.asarray(mount.position, dtype=np.float64))
 
@@ -121,5 +122,7 @@ class MountedCamera:
 
     def quaternion(self, rotation: FloatArray) -> tuple[float, float, float, float]:
         """The rotation (3, 3) of something in the optical frame, in base: x y z w, w >= 0."""
+        from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
         x, y, z, w = Rotation.from_matrix(self.rotation @ rotation).as_quat(canonical=True)
         return (float(x), float(y), float(z), float(w))

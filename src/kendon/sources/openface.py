@@ -12,7 +12,6 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendon.errors import DataError
 from kendon.features.smile import smile
@@ -128,6 +127,8 @@ def _track(table: Table, t: FloatArray, mount: CameraMount) -> Track:
     if all(name in table for name in _ROTATION):
         angles = columns(*_ROTATION)
         known = np.isfinite(angles).all(axis=1)
+        from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
         # Intrinsic axes in the order x, y, z are the product Rx Ry Rz.
         turned = Rotation.from_euler("XYZ", angles[known]).as_matrix()
         rotation[known] = Rotation.from_matrix(camera.rotation @ turned @ _HEAD_AXES).as_quat()

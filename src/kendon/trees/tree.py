@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -39,10 +40,13 @@ class NodeState(NamedTuple):
     message: str  # why it failed, or nothing
 
 
+@functools.cache
 def shipped_trees() -> TreeLibrary:
     """The trees that come with kendon: figures 4.2-4.10 of the thesis."""
     text = files("kendon.trees").joinpath("greeting.xml").read_text(encoding="utf-8")
-    return parse_trees(text, "greeting.xml")
+    library = parse_trees(text, "greeting.xml")
+    check(library)
+    return library
 
 
 class GreetingTree:
@@ -63,12 +67,10 @@ class GreetingTree:
         self, source: str | Path | TreeLibrary | None = None, *, main: str | None = None
     ) -> None:
         if source is None:
-            library = shipped_trees()
-        elif isinstance(source, TreeLibrary):
-            library = source
+            library = shipped_trees()  # checked when it was read
         else:
-            library = read_trees(source)
-        check(library)
+            library = source if isinstance(source, TreeLibrary) else read_trees(source)
+            check(library)
         if main is not None and main not in library.trees:
             raise UnknownNameError("tree", main, library.trees)
         self.library = library

@@ -35,11 +35,9 @@ def draw_encounter(encounter: Encounter, path: str | Path) -> None:
     """Draw an encounter into a picture file (.png, .svg or .pdf).
 
     Raises:
-        DataError: the file's format is not one of a picture, or it cannot be written.
+        DataError: the file cannot be written, or its format is none of matplotlib's.
     """
     path = Path(path)
-    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise DataError("a figure is a .png, .svg or .pdf file", file=path)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(13, 9.2), layout="constrained")
         FigureCanvasAgg(figure)
@@ -75,6 +73,8 @@ def save_figure(figure: Figure, path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=110)
+    except ValueError as error:
+        raise DataError(str(error), file=path) from None
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
 

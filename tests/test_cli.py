@@ -1,0 +1,210 @@
+"""The command line as its users meet it: good input, bad input, exit codes."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kendon.cli import main
+from kendon.person import Track
+from kendon.simulation import SCRIPTS, SimulatedPerson
+from kendon.tracks import write_track
+
+
+class Run:
+    """What a run of the command printed and how it ended."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+
+class Kendon:
+    """Runs `kendon` in this process."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        self._capsys, self._monkeypatch = capsys, monkeypatch
+
+    def __call__(self, *arguments: str | Path) -> Run:
+        self._monkeypatch.setattr(sys, "argv", ["kendon", *map(str, arguments)])
+        self._capsys.readouterr()
+        code = 0
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        return Run(code, *self._capsys.readouterr())
+
+
+@pytest.fixture
+def kendon(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Kendon:
+    return Kendon(capsys, monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A track CSV of the built-in person before a robot that stands still."""
+    person = SimulatedPerson(SCRIPTS["normal"])
+    frames, phases = [], []
+    while not person.finished:
+        frames.append(person.frame())
+        phases.append(int(person.phase))
+        person.step()
+    track = Track.from_frames(frames)
+    path = tmp_path_factory.mktemp("tracks") / "ann.csv"
+    write_track(dataclasses.replace(track, phases=np.array(phases)), path)
+    return path
+
+
+def test_greet_alone_visits_all_phases_and_draws_the_encounter(
+    kendon: Kendon, tmp_path: Path
+) -> None:
+    run = kendon("greet", "--figure", tmp_path / "greeting.png", "--out", tmp_path)
+    assert run.code == 0
+    assert "IA → APP → DS → HD → APP → FA → CS" in run.out
+    assert (tmp_path / "greeting.png").read_bytes().startswith(b"\x89PNG")
+    with (tmp_path / "commands.csv").open() as file:
+        commands = list(csv.DictReader(file))
+    spoken = [c for c in commands if c["part"] == "voice"]
+    assert [c["phase"] for c in spoken] == ["CS"]
+    with (tmp_path / "phases.csv").open() as file:
+        assert next(csv.reader(file)) == [
+            "t", "phase", "p_IA", "p_DS", "p_HD", "p_APP", "p_FA", "p_CS",
+            "distance", "speed", "gaze", "smile", "dsal", "csal", "hdip",
+        ]  # fmt: skip
+
+
+def test_greet_a_recording_answers_without_driving_into_its_person(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    run = kendon("greet", recording, "--out", tmp_path, "--quiet")
+    assert run.code == 0
+    with (tmp_path / "commands.csv").open() as file:
+        gestures = [c["command"] for c in csv.DictReader(file) if c["part"] == "arms"]
+    assert gestures.count("wave") == 1
+    assert gestures.count("handshake") == 1
+
+
+def test_estimate_tells_accuracy_and_writes_a_file_each(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    run = kendon("estimate", recording, "--out", tmp_path / "phases")
+    assert run.code == 0
+    assert "accuracy" in run.out
+    assert (tmp_path / "phases" / "ann.csv").exists()
+
+
+def test_estimate_leaves_an_index_out(kendon: Kendon, recording: Path, tmp_path: Path) -> None:
+    index = tmp_path / "index.csv"
+    index.write_text("file,kind\nann.csv,full\n")
+    run = kendon("estimate", index, recording)
+    assert run.code == 0
+    assert "left out" in run.err
+    assert "index.csv" not in run.out
+
+
+def test_gestures_from_phases_is_better_than_no_gestures(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    rows = list(csv.reader(recording.read_text().splitlines()))
+    keep = [i for i, name in enumerate(rows[0]) if name not in ("dsal", "csal", "hdip")]
+    bare = tmp_path / "bare.csv"
+    with bare.open("w", newline="") as file:
+        csv.writer(file).writerows([row[i] for i in keep] for row in rows)
+
+    def accuracy(*arguments: str | Path) -> float:
+        return float(re.findall(r"\b[01]\.\d{3}\b", kendon("estimate", *arguments).out)[0])
+
+    assert accuracy(bare, "--gestures-from-phases") > accuracy(bare)
+
+
+@pytest.mark.parametrize("command", ["sources", "models", "trees", "doctor", "--version"])
+def test_commands_that_tell_about_kendon(kendon: Kendon, command: str) -> None:
+    run = kendon(command)
+    assert run.code == 0
+    assert run.out.strip()
+
+
+@pytest.mark.parametrize("command", ["greet", "estimate"])
+def test_help_has_examples(kendon: Kendon, command: str) -> None:
+    run = kendon(command, "--help")
+    assert run.code == 0
+    assert "Examples" in run.out
+
+
+def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
+    trees = tmp_path / "mine.xml"
+    assert kendon("trees", "--export", trees).code == 0
+    run = kendon("greet", "simulated:short", "--tree", trees)
+    assert run.code == 0
+    assert "handshake" in run.out
+    again = kendon("trees", "--export", trees)
+    assert again.code == 2
+    assert "exists" in again.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["greet", "nobody.csv"], ["nobody.csv", "no such file"]),
+        (["greet", "simulated:tango"], ["tango", "late-wave"]),
+        (["greet", "--model", "kendom"], ["kendom", "Did you mean 'kendon'"]),
+        (["greet", "--model", "none.toml"], ["none.toml", "no such model file"]),
+        (["greet", "--tree", "none.xml"], ["none.xml"]),
+        (["greet", "--speed", "-1"], ["--speed", "-1"]),
+        (["greet", "--speed", "nan"], ["--speed", "nan"]),
+        (["greet", "--figure", "greeting.txt"], ["greeting.txt", ".png"]),
+        (["greet", "--robot-face", "1,2"], ["--robot-face", "X,Y,Z", "1,2"]),
+        (["greet", "--robot-face", "0,0,inf"], ["--robot-face", "inf"]),
+        (["greet", "--camera-pose", "0,0,1,2"], ["--camera-pose", "YAW,PITCH"]),
+        (["greet", "--fov", "400"], ["--fov", "160 degrees", "400"]),
+        (["greet", "--fps", "0"], ["frames a second", "1 and 1000"]),
+        (["greet", "--source", "kinect", "x"], ["kinect", "openface"]),
+        (["greet", "--gestures-from-phases"], ["simulated", "no true phases"]),
+        (["greet", "--out", __file__], ["--out", "is a file"]),
+        (["estimate", "."], [".", "folder"]),
+        (["estimate", "nobody.csv"], ["nobody.csv"]),
+        (["estimate", "simulated", "--decoder", "magic"], ["magic", "viterbi"]),
+        (["estimate", "camera:0"], ["camera:0"]),
+        (["estimate", __file__], ["test_cli.py", "kendon sources"]),
+        (["estimate", "--out", __file__, "simulated"], ["--out", "is a file"]),
+        (["estimate", "simulated", "simulated", "--out", "o"], ["both", "simulated.csv"]),
+        (["dance"], ["dance"]),
+        (["estimate"], ["FILE"]),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_exit_code_2(
+    kendon: Kendon, arguments: list[str], words: list[str], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    run = kendon(*arguments)
+    assert run.code == 2
+    assert "Traceback" not in run.err
+    for word in words:
+        assert word in run.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bad_file_among_good_ones_leaves_nothing_written(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    torn = tmp_path / "torn.csv"
+    torn.write_text("t,head_x,head_y,head_z\n0,1,2,1.6\n0.1,1,2\n")
+    run = kendon("estimate", recording, torn, "--out", tmp_path / "out")
+    assert run.code == 2
+    assert "torn.csv, row 3" in run.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_results_never_overwrite_their_input(kendon: Kendon, recording: Path) -> None:
+    before = recording.read_bytes()
+    run = kendon("estimate", recording, "--out", recording.parent)
+    assert run.code == 2
+    assert "overwrite" in run.err
+    assert recording.read_bytes() == before
