@@ -26,6 +26,7 @@ from kendon.geometry import (
     compose,
     yaw_quaternion,
 )
+from kendon.phases import Phase
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -84,7 +85,10 @@ class PersonFrame:
             compose(yaw_quaternion(turn), self.head_rotation),
             self.eyes and (move(self.eyes[0]), move(self.eyes[1])),
             self.eye_gaze and (rotate(self.eye_gaze[0]), rotate(self.eye_gaze[1])),
-            {name: move(point) for name, point in self.joints.items()},
+            {
+                name: (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
+                for name, (x, y, z) in self.joints.items()
+            },
             self.smile,
             self.dsal,
             self.csal,
@@ -142,6 +146,10 @@ class Track:
                 )
             return np.asarray(values, dtype=float)
 
+        if phases is not None and np.shape(phases) != (n,):
+            raise ParameterError(
+                f"a track of {n} frames needs {n} phases, not an array of shape {np.shape(phases)}"
+            )
         if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
             raise ParameterError("the stamps of a track must be finite and grow from row to row")
         return cls(
@@ -231,6 +239,6 @@ class Track:
         """
         if self.phases is None:
             raise ParameterError(f"{self.name or 'the track'} has no true phases to press keys by")
-        keys = np.stack([self.phases == number for number in (2, 6, 3)], axis=1).astype(float)
+        keys = np.stack([self.phases == number for number in (Phase.DS, Phase.CS, Phase.HD)], axis=1).astype(float)
         labelled = (self.phases >= 0)[:, None]
         return replace(self, gestures=np.where(labelled, keys, self.gestures))

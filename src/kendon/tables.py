@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 
 from kendon.errors import DataError
 
-_UNKNOWN = frozenset({"", "nan", "na", "null", "none"})
+#: What stands for an unknown value; the last ones are what Windows programs print for NaN.
+_UNKNOWN = frozenset({"", "nan", "na", "null", "none", "nan(ind)", "-nan(ind)"})
+#: At most so much of a stranger's text is repeated in a message.
+_QUOTED = 40
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,10 @@ class Table:
         missing = [c for c in columns if c not in self.columns]
         if missing:
             plural = "s" if len(missing) > 1 else ""
+            there = ", ".join(column[:_QUOTED] for column in self.columns[:12])
             raise DataError(
                 f"column{plural} {', '.join(missing)} missing; the file has"
-                f" {', '.join(self.columns[:12])}{', …' if len(self.columns) > 12 else ''}",
+                f" {there}{', …' if len(self.columns) > 12 else ''}",
                 file=self.path,
                 row=1,
             )
@@ -77,7 +81,7 @@ class Table:
                 raise self.error(
                     "the value is infinite; leave a cell empty if unknown", first, column
                 )
-            valid = f"between {low:g} and {high:g}" if low > -math.inf else f"at most {high:g}"
+            valid = f"between {low:g} and {high:g}" if high < math.inf else f"at least {low:g}"
             raise self.error(
                 f"{values[first]:g} is not {valid}{hint and '; ' + hint}", first, column
             )
@@ -92,7 +96,7 @@ class Table:
             try:
                 text.lower() in _UNKNOWN or float(text)
             except ValueError:
-                raise self.error(f"{text[:40]!r} is not a number", index, column) from None
+                raise self.error(f"{text[:_QUOTED]!r} is not a number", index, column) from None
 
 
 def read_table(path: str | Path) -> Table:
@@ -129,7 +133,7 @@ def read_table(path: str | Path) -> Table:
                 rows.append(row)
                 numbers.append(reader.line_num)
     except UnicodeDecodeError:
-        raise DataError("this is not a text file, so not a CSV", file=path) from None
+        raise DataError("this is no CSV file in UTF-8, or no text at all", file=path) from None
     except csv.Error as error:
         raise DataError(f"not a readable CSV ({error})", file=path) from None
     except OSError as error:
@@ -143,10 +147,10 @@ def peek_header(path: str | Path) -> tuple[str, ...]:
     """The column names of a CSV file, or nothing if it is not one."""
     try:
         with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            first = file.readline(1 << 20)
-    except (OSError, UnicodeDecodeError):
+            header = next(csv.reader([file.readline(1 << 20)]), [])
+    except (OSError, UnicodeDecodeError, csv.Error):
         return ()
-    return tuple(name.strip() for name in first.split(","))
+    return tuple(name.strip() for name in header)
 
 
 def is_index(path: str | Path) -> bool:
@@ -168,7 +172,9 @@ def check_readable(path: Path) -> None:
 
 
 def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Write a CSV file whole or not at all; NaN becomes an empty cell, floats keep 6 digits.
+    """Write a CSV file whole or not at all; NaN becomes an empty cell.
+
+    Numbers keep 6 significant digits and 6 decimals at least, so that clock times survive.
 
     Raises:
         DataError: the folder cannot be written to.
@@ -176,7 +182,7 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
 
     def cell(value: object) -> object:
         if isinstance(value, float):
-            return "" if math.isnan(value) else f"{value:.6g}"
+            return "" if math.isnan(value) else _number(value)
         return value
 
     path = Path(path)
@@ -196,6 +202,10 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
             raise
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}" if abs(value) < 1 else f"{value:.6f}".rstrip("0").rstrip(".")
 
 
 def _umask() -> int:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,8 @@ from kendon.tables import Table, read_table, write_table
 
 #: Farther than this nobody is greeted; a larger coordinate is a mistaken unit [m].
 MAX_COORDINATE = 100.0
+#: A yaw that is counted on past a half turn is fine, but not one in degrees [rad].
+MAX_YAW = 20.0
 #: Fewer frames a second than this cannot carry five observations a second [1/s].
 MIN_RATE = 2.0
 #: A longer hole means two recordings in one file [s].
@@ -39,8 +40,9 @@ _GROUPS = (_ROTATION, _ROBOT, _EYES + _GAZE, *_JOINT_COLUMNS.values())
 _KNOWN = {
     "t", "smile", "phase", *GESTURES, *_HEAD, *(column for group in _GROUPS for column in group)
 }  # fmt: skip
-#: Other joints of a body: not used, not taken for a misspelt column.
-_OTHER_JOINT = re.compile(r"[lr]_\w+_[xyz]")
+#: How alike a column must be to a known one to be taken for it, misspelt: `l_wirst_x` is, but
+#: no other part of the body is (`l_eyebrow_x` comes nearest, at 0.8).
+_ALIKE = 0.85
 
 
 def read_track(path: str | Path) -> Track:
@@ -66,6 +68,11 @@ def read_track(path: str | Path) -> Track:
             axis=1,
         )
 
+    robot = None
+    if _ROBOT[0] in table:
+        radians = "kendon reads radians: are these degrees?"
+        yaw = table.numbers(_ROBOT[2], low=-MAX_YAW, high=MAX_YAW, hint=radians)
+        robot = np.column_stack([points(_ROBOT[:2]), yaw])
     has_eyes = _EYES[0] in table
     return Track.build(
         t,
@@ -82,7 +89,7 @@ def read_track(path: str | Path) -> Track:
             ],
             axis=1,
         ),
-        robot=points(_ROBOT) if _ROBOT[0] in table else None,
+        robot=robot,
         phases=read_phases(table) if "phase" in table else None,
         name=Path(path).stem,
     )
@@ -185,9 +192,10 @@ def _read_rotation(table: Table) -> FloatArray:
 
 def _refuse_misspelt(table: Table) -> None:
     for column in table.columns:
-        if column in _KNOWN or _OTHER_JOINT.fullmatch(column):
+        if column in _KNOWN:
             continue
-        near = difflib.get_close_matches(column, _KNOWN - set(table.columns), n=1, cutoff=0.8)
+        free = _KNOWN - set(table.columns)
+        near = difflib.get_close_matches(column.lower(), free, n=1, cutoff=_ALIKE)
         if near:
             raise DataError(
                 f"unknown column {column!r}; did you mean {near[0]!r}?", file=table.path, row=1

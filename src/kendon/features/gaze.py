@@ -41,10 +41,11 @@ def ray_gaze(origin: FloatArray, gaze_point: FloatArray, robot_face: FloatArray)
     Returns:
         Shape (...), between 0 and `GAZE_CEILING`; NaN where the input is unknown.
     """
-    way = np.linalg.norm(gaze_point - origin, axis=-1)
-    beside = np.linalg.norm(gaze_point - robot_face, axis=-1)
-    radius = math.tan(CONE_ANGLE / 2) * way
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # A ray that all but runs along the plane pierces it too far away for floating point.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        way = np.linalg.norm(gaze_point - origin, axis=-1)
+        beside = np.linalg.norm(gaze_point - robot_face, axis=-1)
+        radius = math.tan(CONE_ANGLE / 2) * way
         ratio = np.minimum(beside / radius, GAZE_CEILING)
     unknown = np.isnan(gaze_point).any(axis=-1) | np.isnan(origin).any(axis=-1)
     return np.where(np.isnan(ratio) & ~unknown, GAZE_CEILING, np.where(unknown, np.nan, ratio))
@@ -55,14 +56,16 @@ def pierce(origin: FloatArray, direction: FloatArray, robot_face: FloatArray) ->
 
     Returns:
         Shape (..., 3) [m]; infinite where a ray runs along the plane or away from it, NaN where
-        it is unknown.
+        it is unknown; a direction of length 0, which detectors give for none, is unknown.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         steps = (robot_face[0] - origin[..., 0]) / direction[..., 0]
         point = origin + steps[..., None] * direction
     unknown = np.isnan(origin).any(axis=-1) | np.isnan(direction).any(axis=-1)
-    misses = ~unknown & ~((steps > 0) & np.isfinite(steps))
-    point[misses] = np.inf
+    unknown |= (direction == 0).all(axis=-1)
+    pierces = (steps > 0) & np.isfinite(point).all(axis=-1)
+    point[~pierces] = np.inf
+    point[unknown] = np.nan
     return np.asarray(point)
 
 
@@ -74,17 +77,17 @@ def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: FloatArray) ->
 
     Args:
         head: faces in ``base_footprint``, shape (..., 3) [m].
-        rotation: orientations of the head, unit quaternions x y z w, shape (..., 4).
+        rotation: orientations of the head, quaternions x y z w of any length, shape (..., 4).
         robot_face: the robot's face in the same frame, shape (3,) [m].
 
     Returns:
         Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
     """
-    # The rotated x axis, written out: this is the hot path, and scipy's rotations alone would
-    # double the time that kendon takes to start.
+    # The rotated x axis times the quaternion's squared length, written out: this is the hot path,
+    # and scipy's rotations alone would double the time that kendon takes to start.
     x, y, z, w = np.moveaxis(rotation, -1, 0)
     direction = np.stack(
-        [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1
+        [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1
     )
     return ray_gaze(head, pierce(head, direction, robot_face), robot_face)
 

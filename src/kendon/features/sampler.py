@@ -35,6 +35,8 @@ ROBOT_FACE: Vec3 = (0.0, 0.0, 1.2)
 #: Stamps are rounded to milliseconds or finer in files: a frame this little past an interval's
 #: end still belongs to it [s].
 _TOLERANCE = 1e-3
+#: Sums of periods and of frame times round differently [s].
+_ROUNDING = 1e-9
 #: How many periods old the newest frame of a slow source may be.
 _CARRY = 1.5
 #: From so many spacings the frame period of a source is estimated.
@@ -54,9 +56,7 @@ class Sampler:
 
     def __init__(self, robot_face: Vec3 = ROBOT_FACE, period: float = PERIOD) -> None:
         self._face = _checked_face(robot_face)
-        if not (math.isfinite(period) and period > 0):
-            raise ParameterError(f"the sampling period must be positive seconds, not {period}")
-        self.period = period
+        self.period = _checked_period(period)
         self._start = math.nan
         self._count = 0
         self._last = -math.inf  # [s], the newest frame's stamp
@@ -75,11 +75,15 @@ class Sampler:
         Raises:
             ParameterError: the stamp is not finite, or not after the last frame's.
         """
-        if not math.isfinite(frame.t) or frame.t <= self._last:
+        if not math.isfinite(frame.t):
+            raise ParameterError(f"the stamp of a frame must be finite seconds, not {frame.t}")
+        if frame.t <= self._last:
             raise ParameterError(f"frames must come in order: {frame.t} s after {self._last} s")
         if math.isnan(self._start):
             self._start = frame.t
-        done = self.advance(frame.t - _TOLERANCE)
+        done = []
+        while self.next_end + _TOLERANCE < frame.t:
+            done.append(self._close())
         self._pending.append(frame)
         self._last = frame.t
         return done
@@ -87,8 +91,7 @@ class Sampler:
     def advance(self, t: float) -> list[Observation]:
         """Let time pass without a frame; return the observations whose intervals have ended."""
         done = []
-        # The frame that completes an interval may be stamped up to the tolerance after its end.
-        while not math.isnan(self._start) and self.next_end <= t + 1e-9:
+        while self.next_end <= t + _ROUNDING:  # never before the first frame: that is NaN
             done.append(self._close())
         return done
 
@@ -127,17 +130,18 @@ def observe(
         name: of the result; the track's own by default.
 
     Raises:
-        ParameterError: the face is not finite, or the track is shorter than one interval.
+        ParameterError: the face is not finite, the period is not positive, or the track is
+            shorter than one interval.
     """
-    face = _checked_face(robot_face)
-    count = math.floor((track.duration + _TOLERANCE) / period) if len(track) else 0
-    if count < 1:
+    face, period = _checked_face(robot_face), _checked_period(period)
+    # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
+    ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
+    ends = ends[ends <= track.t[-1:] + _TOLERANCE + _ROUNDING]
+    if not len(ends):
         raise ParameterError(
             f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
             f" the first observation needs {period:g} s"
         )
-    # Accumulated as the sampler does, so that both see the same floating-point ends.
-    ends = np.array([track.t[0] + (k + 1) * period for k in range(count)])
     stops = np.searchsorted(track.t, ends + _TOLERANCE, side="right")
     starts = np.concatenate([[0], stops[:-1]])
     for k in np.flatnonzero(starts == stops).tolist():
@@ -240,6 +244,12 @@ def _still_counts(stamps: list[float], end: float) -> bool:
 
 def _phases_at(phases: IntArray, starts: IntArray, stops: IntArray) -> IntArray:
     return np.where(stops > starts, phases[np.maximum(stops - 1, 0)], -1)
+
+
+def _checked_period(period: float) -> float:
+    if not (math.isfinite(period) and period > 0):
+        raise ParameterError(f"the sampling period must be positive seconds, not {period}")
+    return period
 
 
 def _checked_face(robot_face: Sequence[float]) -> FloatArray:

@@ -83,7 +83,8 @@ class GreetingModel:
                         f"{' in each row' if field == 'transmat' else ''},"
                         f" not {np.array2string(total.ravel(), precision=4)}"
                     )
-                value = value / total
+                # What sums to one but for rounding stays as it was given.
+                value = value / np.where(abs(total - 1) < 1e-12, 1.0, total)
             elif field == "variances" and (value < _SMALLEST_VARIANCE).any():
                 raise ParameterError(
                     f"model {self.name!r}: every variance must be positive, not {value.min():g}"

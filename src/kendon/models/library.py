@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import tomllib
 from fractions import Fraction
@@ -43,7 +44,7 @@ def load_model(name_or_path: str | Path = DEFAULT_MODEL) -> GreetingModel:
     """
     text = str(name_or_path)
     if text in model_names():
-        return _read(_published() / f"{text}.toml", text)
+        return _read_published(text)
     path = Path(text)
     # os.path, as Path.exists raises for names that no file can have.
     if not text or (path.suffix != ".toml" and not os.path.exists(text)):
@@ -57,6 +58,12 @@ def load_model(name_or_path: str | Path = DEFAULT_MODEL) -> GreetingModel:
 
 def _published() -> Traversable:
     return resources.files("kendon.models") / "published"
+
+
+@functools.cache
+def _read_published(name: str) -> GreetingModel:
+    # Models cannot be changed, so that all who ask may share one.
+    return _read(_published() / f"{name}.toml", name)
 
 
 def _read(file: Traversable, name: str) -> GreetingModel:

@@ -1,0 +1,370 @@
+"""Five observations a second from any source, streamed and all at once."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from statistics import median
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from people import FloatArray, quaternion, tracks
+
+from kendon.errors import ParameterError
+from kendon.features import PERIOD, Sampler, closing_speed, head_gaze, observe
+from kendon.geometry import Vec3
+from kendon.observations import Observation
+from kendon.person import PersonFrame, Track
+
+#: A frame this little past an interval's end still belongs to it [s].
+TOLERANCE = 1e-3
+UNIX = 1_700_000_000.4
+RATES = [5, 6, 7.5, 9.9, 10, 12.5, 15, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 100, 120]
+
+
+def stream(track: Track, **options: float) -> list[Observation]:
+    """What a live source would have led to."""
+    sampler = Sampler(**options)  # type: ignore[arg-type]
+    done = [observation for frame in track for observation in sampler.push(frame)]
+    return done + sampler.advance(float(track.t[-1]) + TOLERANCE)
+
+
+def assert_same(streamed: list[Observation], track: Track, **options: float) -> None:
+    """Bit for bit."""
+    batch = observe(track, **options)  # type: ignore[arg-type]
+    np.testing.assert_array_equal([o.t for o in streamed], batch.t)
+    np.testing.assert_array_equal([o.values for o in streamed], batch.values)
+
+
+def walk(t: FloatArray, speed: float = 1.0) -> Track:
+    """Somebody 60 m away who comes straight to the robot, looking at its face."""
+    head = np.stack([60 - speed * (t - t[0]), np.zeros(len(t)), np.full(len(t), 1.2)], axis=1)
+    look = np.tile(quaternion(math.pi), (len(t), 1))
+    return Track.build(t, head, head_rotation=look, smile=np.full(len(t), 2.0))
+
+
+def intervals(track: Track, ends: FloatArray) -> list[list[int]]:
+    """Which frames each interval covers, by going through all of them."""
+    starts = [-math.inf, *(ends[:-1] + TOLERANCE)]
+    return [
+        [i for i, t in enumerate(track.t.tolist()) if start < t <= end + TOLERANCE]
+        for start, end in zip(starts, ends.tolist(), strict=True)
+    ]
+
+
+# ---- stamps and rates
+
+
+@pytest.mark.parametrize("start", [0.0, 0.0333, -7.7, UNIX])
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("jitter", [0.0, 0.4])
+def test_five_a_second_from_every_rate(rate: float, start: float, jitter: float) -> None:
+    rng = np.random.default_rng(7)
+    t = start + (np.arange(round(6 * rate)) + jitter * rng.uniform(-0.5, 0.5)) / rate
+    t[1:] += jitter * rng.uniform(-0.5, 0.5, len(t) - 1) / rate
+    seen = observe(walk(t, speed=1.5))
+    count = math.floor((t[-1] - t[0] + TOLERANCE) / PERIOD)
+    np.testing.assert_array_equal(seen.t, [t[0] + k * PERIOD for k in range(1, count + 1)])
+    assert np.isfinite(seen.values[:, [0, 2, 3]]).all()
+    speeds = seen.values[1:, 1]
+    if rate >= 9.9:
+        assert np.isfinite(speeds).all()
+    np.testing.assert_allclose(speeds[np.isfinite(speeds)], 1.5, atol=1e-5)
+    # A median stands for the middle of its interval: at most an interval and a frame old.
+    age = (60 - 1.5 * (seen.t - t[0])) - seen.values[:, 0]
+    assert (age <= 1e-5).all()
+    assert (age > -1.5 * (PERIOD + 1.5 / rate)).all()
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4])
+@pytest.mark.parametrize("rate", [24, 25, 29.97, 30, 60])
+def test_rounded_stamps_cost_no_observation(rate: float, digits: int) -> None:
+    t = (0.123 + np.arange(600) / rate).round(digits)
+    seen = observe(walk(t))
+    assert np.isfinite(seen.values[:, 0]).all()
+    assert abs(len(seen) - 599 / rate / PERIOD) <= 1
+
+
+@given(tracks())
+def test_stamps_lie_one_period_apart_from_the_first_frame_on(track: Track) -> None:
+    seen = observe(track)
+    expected = [float(track.t[0]) + k * PERIOD for k in range(1, len(seen) + 1)]
+    np.testing.assert_array_equal(seen.t, expected)
+    assert seen.t[-1] <= track.t[-1] + TOLERANCE + 1e-9
+    assert seen.t[-1] + PERIOD > track.t[-1]
+
+
+@given(st.floats(0.05, 2))
+def test_another_period(period: float) -> None:
+    track = walk(np.arange(200) / 50)
+    seen = observe(track, period=period)
+    np.testing.assert_allclose(np.diff(seen.t), period, atol=1e-12)
+    assert_same(stream(track, period=period), track, period=period)
+
+
+# ---- streamed is the same as all at once
+
+
+@given(tracks())
+@example(walk(np.array([0.0, 0.1, 0.201, 0.25, 0.41])))  # one on the edge of the tolerance
+@example(walk(np.array([0.0, 0.3, 0.599])))
+@example(walk(UNIX + np.arange(40) / 30))
+def test_a_stream_gives_the_numbers_of_the_whole_track_bit_for_bit(track: Track) -> None:
+    assert_same(stream(track), track)
+
+
+@given(tracks(), st.floats(0.01, 0.3))
+def test_letting_time_pass_between_frames_changes_nothing(track: Track, tick: float) -> None:
+    sampler = Sampler()
+    done: list[Observation] = []
+    now = float(track.t[0]) - 1
+    for frame in track:
+        while now + tick < frame.t - 1.01 * TOLERANCE:
+            now += tick
+            done += sampler.advance(now)
+        done += sampler.push(frame)
+    assert_same(done + sampler.advance(float(track.t[-1]) + TOLERANCE), track)
+
+
+def test_an_observation_comes_as_soon_as_its_interval_is_over() -> None:
+    sampler = Sampler()
+    assert math.isnan(sampler.next_end)
+    assert sampler.advance(5.0) == []  # before the first frame there is no time
+    assert sampler.push(PersonFrame(10.0, (2.0, 0.0, 1.5))) == []
+    assert sampler.next_end == pytest.approx(10.2)
+    assert sampler.advance(10.19) == []
+    (first,) = sampler.advance(10.2)
+    assert (first.t, first.distance) == (pytest.approx(10.2), 2.0)
+    assert sampler.advance(10.2) == []
+    assert [o.t for o in sampler.push(PersonFrame(10.7))] == pytest.approx([10.4, 10.6])
+
+
+# ---- what an observation is made of
+
+
+@given(tracks(min_rate=12))
+def test_features_are_medians_of_the_intervals_frames(track: Track) -> None:
+    seen = observe(track)
+    spacings = np.diff(track.t)
+    assume(np.median(spacings) < 0.1)
+    looked = head_gaze(track.head, track.head_rotation, np.array([0, 0, 1.2]))
+    for covered, row in zip(intervals(track, seen.t), seen, strict=True):
+        if not covered:
+            continue
+        ways = [math.hypot(*track.head[i, :2]) for i in covered]
+        known = [way for way in ways if not math.isnan(way)]
+        assert row.distance == pytest.approx(median(known) if known else math.nan, nan_ok=True)
+        smiles = [s for s in track.smile[covered].tolist() if not math.isnan(s)]
+        assert row.smile == pytest.approx(median(smiles) if smiles else math.nan, nan_ok=True)
+        if not np.isfinite(track.eyes[covered]).any():
+            gazes = [g for g in looked[covered].tolist() if not math.isnan(g)]
+            assert row.gaze == pytest.approx(median(gazes) if gazes else math.nan, nan_ok=True)
+
+
+@given(tracks(min_rate=12))
+def test_gestures_and_the_true_phase_are_the_newest_frames(track: Track) -> None:
+    seen = observe(track)
+    assert seen.phases is not None
+    assert track.phases is not None
+    for k, covered in enumerate(intervals(track, seen.t)):
+        if covered:
+            np.testing.assert_array_equal(seen.values[k, 4:], track.gestures[covered[-1]])
+            assert seen.phases[k] == track.phases[covered[-1]]
+
+
+@given(tracks())
+def test_every_feature_is_in_its_range_or_unknown(track: Track) -> None:
+    values = observe(track).values
+    highs = [20, math.inf, 2, 5, 1, 1, 1]
+    for column, high in zip(values.T, highs, strict=True):
+        known = column[~np.isnan(column)]
+        assert np.isfinite(known).all()
+        assert (known <= high).all()
+    assert (np.delete(values, 1, axis=1)[~np.isnan(np.delete(values, 1, axis=1))] >= 0).all()
+
+
+def test_eyes_decide_near_and_the_head_far() -> None:
+    def seen_at(way: float) -> float:
+        """The eyes look at the face, the head 30 degrees past it."""
+        t = np.arange(11) / 30
+        eyes = np.tile([[way, -0.03, 1.2], [way, 0.03, 1.2]], (11, 1, 1))
+        track = Track.build(
+            t,
+            np.tile([way, 0.0, 1.2], (11, 1)),
+            head_rotation=np.tile(quaternion(math.pi + math.radians(30)), (11, 1)),
+            eyes=eyes,
+            eye_gaze=np.array([0, 0, 1.2]) - eyes,
+        )
+        return float(observe(track).values[0, 2])
+
+    head = math.cos(math.radians(30))
+    assert seen_at(1.0) == pytest.approx(0)
+    assert seen_at(1.5) == pytest.approx(0)
+    assert seen_at(2.0) == pytest.approx(head / 2)
+    assert seen_at(2.5) == pytest.approx(head)
+    assert seen_at(6.0) == pytest.approx(head)
+
+
+def test_gaze_is_at_the_given_robot_face() -> None:
+    t = np.arange(11) / 30
+    level = Track.build(
+        t,
+        np.tile([2.0, 0.0, 1.6], (11, 1)),
+        head_rotation=np.tile(quaternion(math.pi), (11, 1)),
+    )
+    assert observe(level, (0.0, 0.0, 1.6)).values[0, 2] == pytest.approx(0)
+    beside = 0.3 / (1.9 * math.tan(math.radians(30)))
+    assert observe(level, (0.1, 0.3, 1.6)).values[0, 2] == pytest.approx(beside)
+
+
+# ---- gaps and bad frames
+
+
+@given(st.floats(10, 120), st.floats(0.5, 10), st.integers(0, 1000))
+def test_a_gap_is_unknown_and_never_the_last_value_again(
+    rate: float, gap: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    before = np.cumsum(rng.uniform(0.7, 1.3, 40)) / rate
+    after = before[-1] + gap + np.cumsum(rng.uniform(0.7, 1.3, 60)) / rate
+    track = walk(np.concatenate([before, after]))
+    seen = observe(track)
+    covered = intervals(track, seen.t)
+    assert not all(covered)
+    for k, frames in enumerate(covered):
+        if not frames:
+            assert np.isnan(seen.values[k]).all()
+        elif k and not covered[k - 1]:
+            assert np.isfinite(seen.values[k, 0])
+            assert np.isnan(seen.values[k, 1]), "a speed across the gap"
+    assert_same(stream(track), track)
+
+
+@given(tracks(min_rate=2.5))
+def test_only_a_slow_sources_newest_frame_counts_twice(track: Track) -> None:
+    n = len(track)
+    ways = np.arange(n) + 1.0  # each frame has a distance of its own
+    head = np.stack([ways, np.zeros(n), np.ones(n)], axis=1)
+    track = Track.build(track.t, head)
+    seen = observe(track)
+    for row, covered in zip(seen, intervals(track, seen.t), strict=True):
+        if covered:
+            assert row.distance == median(ways[covered].tolist())
+        elif not math.isnan(row.distance):
+            newest = int(np.searchsorted(track.t, row.t + TOLERANCE)) - 1
+            assert row.distance == ways[newest]
+            recent = track.t[max(0, newest - 9) : newest + 1].tolist()
+            assert row.t - track.t[newest] <= 1.5 * max(b - a for a, b in pairwise(recent))
+
+
+def test_a_slow_source_that_falls_silent_is_soon_unknown() -> None:
+    t = np.concatenate([np.arange(20) * 0.21, [10.0, 10.21]])
+    seen = observe(walk(t))
+    silent = (seen.t > t[19] + 1.5 * 0.21 + 0.01) & (seen.t < 10)
+    assert silent.sum() > 20
+    assert np.isnan(seen.values[silent]).all()
+    assert np.isfinite(seen.values[seen.t < t[19], 0]).all()
+
+
+def test_a_face_lost_for_a_while_is_unknown_but_time_goes_on() -> None:
+    track = walk(np.arange(91) / 30)
+    head = track.head.copy()
+    head[31:61] = np.nan
+    seen = observe(Track.build(track.t, head))
+    lost = (seen.t > 1.2) & (seen.t <= 2.0)
+    assert np.isnan(seen.values[lost, 0]).all()
+    assert np.isfinite(seen.values[~lost, 0]).all()
+
+
+@given(st.sampled_from([25, 30, 60]), st.integers(0, 1000), st.floats(-50, 50))
+def test_a_wild_frame_in_each_interval_moves_nothing_far(rate: int, seed: int, wild: float) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.arange(4 * rate) / rate
+    clean = walk(t, speed=1.2)
+    head, smile = clean.head.copy(), clean.smile.copy()
+    truth = observe(clean)
+    for covered in intervals(clean, truth.t):
+        bad = rng.choice(covered)
+        head[bad, :2] += wild
+        smile[bad] = 5.0
+    seen = observe(Track.build(t, head, head_rotation=clean.head_rotation, smile=smile))
+    step = 1.2 / rate  # what a walker does between two frames
+    np.testing.assert_allclose(seen.values[:, 0], truth.values[:, 0], atol=step)
+    np.testing.assert_allclose(seen.values[1:, 1], 1.2, atol=4 * step / PERIOD)
+    np.testing.assert_array_equal(seen.values[:, 3], 2.0)
+
+
+# ---- causality
+
+
+@given(tracks(), st.data())
+def test_nothing_after_an_observation_changes_it(track: Track, data: st.DataObject) -> None:
+    cut = data.draw(st.integers(1, len(track) - 1))
+    rng = np.random.default_rng(data.draw(st.integers(0, 99)))
+    frames = list(track)
+    future = [
+        PersonFrame(f.t, tuple(rng.normal(size=3).tolist()), f.head_rotation, smile=0.1, dsal=1.0)
+        for f in frames[cut:]
+        if rng.random() < 0.7
+    ]
+    changed = Track.from_frames([*frames[:cut], *future, PersonFrame(frames[-1].t + 1.0)])
+    here, there = observe(track), observe(changed)
+    unchanged = here.t + TOLERANCE < track.t[cut]
+    np.testing.assert_array_equal(there.t[: unchanged.sum()], here.t[unchanged])
+    np.testing.assert_array_equal(there.values[: unchanged.sum()], here.values[unchanged])
+
+
+# ---- what is refused
+
+
+@pytest.mark.parametrize("period", [0.0, -0.2, math.nan, math.inf])
+def test_a_period_must_be_positive(period: float) -> None:
+    with pytest.raises(ParameterError, match="sampling period must be positive"):
+        Sampler(period=period)
+    with pytest.raises(ParameterError, match="sampling period must be positive"):
+        observe(walk(np.arange(30) / 30), period=period)
+
+
+@pytest.mark.parametrize("face", [(math.nan, 0, 1), (0, 0, math.inf), (0, 1), (0, 0, 1, 2)])
+def test_the_robots_face_is_a_finite_point(face: Vec3) -> None:
+    with pytest.raises(ParameterError, match="the robot's face is a point"):
+        Sampler(face)
+    with pytest.raises(ParameterError, match="the robot's face is a point"):
+        observe(walk(np.arange(30) / 30), face)
+
+
+@pytest.mark.parametrize("t", [1.0, 0.5, -math.inf, math.nan, math.inf])
+def test_frames_come_in_order(t: float) -> None:
+    sampler = Sampler()
+    sampler.push(PersonFrame(1.0, (3.0, 0.0, 1.5)))
+    with pytest.raises(ParameterError, match=r"must come in order|must be finite"):
+        sampler.push(PersonFrame(t))
+    assert sampler.push(PersonFrame(1.25))[0].distance == 3.0  # as if nothing had happened
+
+
+@pytest.mark.parametrize("t", [[], [0.0], [0.0, 0.1, 0.19]])
+def test_a_track_of_less_than_an_interval_is_too_short(t: list[float]) -> None:
+    head = np.ones((len(t), 3))
+    with pytest.raises(ParameterError, match=r"brief lasts 0\.\d\d s; .* needs 0\.2 s"):
+        observe(Track.build(np.array(t), head, name="brief"))
+
+
+def test_one_interval_is_enough() -> None:
+    seen = observe(walk(np.array([0.0, 0.1, 0.2])), name="short")
+    assert (len(seen), seen.name) == (1, "short")
+    assert math.isnan(seen.values[0, 1])
+
+
+def test_the_speed_is_the_closing_speed_of_two_medians() -> None:
+    # Two frames an interval, so that medians are means: (60 m, 59.8 m), then (59.6 m, 59 m).
+    t = np.array([0.0, 0.2, 0.3, 0.4])
+    head = np.array([[60.0, 0, 1], [59.8, 0, 1], [59.6, 0, 1], [59.0, 0, 1]])
+    seen = observe(Track.build(t, head)).values
+    np.testing.assert_allclose(seen[:, 0], [59.9, 59.3])
+    robot = np.zeros(2)
+    expected = closing_speed(
+        np.array([59.9, 0.0]), np.array([59.3, 0.0]), robot, np.array(0.35 - 0.1)
+    )
+    assert seen[1, 1] == pytest.approx(float(expected)) == pytest.approx(0.6 / 0.25)
