@@ -99,13 +99,17 @@ def test_estimate_tells_accuracy_and_writes_a_file_each(
     assert (tmp_path / "phases" / "ann.csv").exists()
 
 
-def test_estimate_leaves_an_index_out(kendon: Kendon, recording: Path, tmp_path: Path) -> None:
+def test_a_folder_its_index_and_its_files_are_the_same_recordings(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "bob.csv").write_bytes(recording.read_bytes())
     index = tmp_path / "index.csv"
-    index.write_text("file,kind\nann.csv,full\n")
-    run = kendon("estimate", index, recording)
-    assert run.code == 0
-    assert "left out" in run.err
-    assert "index.csv" not in run.out
+    index.write_text("file,kind\nbob.csv,full\n")
+    by_folder = kendon("estimate", tmp_path)
+    assert by_folder.code == 0
+    assert by_folder.out.count("bob.csv") == 1
+    assert kendon("estimate", index).out == by_folder.out
+    assert kendon("estimate", tmp_path / "bob.csv", index).out == by_folder.out
 
 
 def test_gestures_from_phases_is_better_than_no_gestures(
@@ -173,7 +177,6 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["estimate", "camera:0"], ["camera:0"]),
         (["estimate", __file__], ["test_cli.py", "kendon sources"]),
         (["estimate", "--out", __file__, "simulated"], ["--out", "is a file"]),
-        (["estimate", "simulated", "simulated", "--out", "o"], ["both", "simulated.csv"]),
         (["dance"], ["dance"]),
         (["estimate"], ["FILE"]),
     ],
@@ -199,6 +202,17 @@ def test_a_bad_file_among_good_ones_leaves_nothing_written(
     run = kendon("estimate", recording, torn, "--out", tmp_path / "out")
     assert run.code == 2
     assert "torn.csv, row 3" in run.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_recordings_of_one_name_are_not_written_over_each_other(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    twin = tmp_path / recording.name
+    twin.write_bytes(recording.read_bytes())
+    run = kendon("estimate", recording, twin, "--out", tmp_path / "out")
+    assert run.code == 2
+    assert "both" in run.err
     assert not (tmp_path / "out").exists()
 
 

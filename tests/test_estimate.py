@@ -13,8 +13,9 @@ import pytest
 from shared_data import shared_files
 
 from kendon.errors import DataError, ParameterError
-from kendon.estimate import Decoder, Estimate, estimate, load_observations
+from kendon.estimate import Decoder, Estimate, estimate
 from kendon.features import PERIOD, observe
+from kendon.greetings import load_observations
 from kendon.models import load_model
 from kendon.observations import FEATURES, Observations, write_observations
 from kendon.person import FloatArray, IntArray, PersonFrame, Track
@@ -212,7 +213,7 @@ def test_observations_are_read_as_they_are(tmp_path: Path) -> None:
     seen = load_observations(str(path))
     np.testing.assert_allclose(seen.values, greeting().values)
     assert estimate(seen, KENDON).accuracy == 1
-    with pytest.raises(ParameterError, match="hold their gestures already"):
+    with pytest.raises(ParameterError, match="gestures and sensors are for tracks"):
         load_observations(str(path), gestures_from_phases=True)
 
 

@@ -167,7 +167,7 @@ TIMES = np.arange(4.0)
 def test_arrays_that_do_not_fit_are_refused(wrong: dict[str, np.ndarray]) -> None:
     right = {"t": TIMES, "head": np.ones((4, 3))}
     with pytest.raises(ParameterError, match=r"needs|must be finite and grow"):
-        Track.build(**(right | wrong))  # type: ignore[arg-type]
+        Track.build(**(right | wrong))
 
 
 def test_keys_pressed_by_true_phases() -> None:

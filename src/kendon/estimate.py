@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
-from kendon.errors import DataError, ParameterError
-from kendon.features import PERIOD, ROBOT_FACE, observe
-from kendon.geometry import Vec3
 from kendon.models import GreetingModel
-from kendon.observations import FEATURES, Observations, read_observations
-from kendon.person import FloatArray, IntArray, PersonFrame
+from kendon.observations import FEATURES, Observations
+from kendon.person import FloatArray, IntArray
 from kendon.phases import PHASE_NAMES, Phase
-from kendon.sources import SourceOptions, find_source, open_source
-from kendon.tables import peek_header, write_table
+from kendon.tables import write_table
 
 
 class Decoder(StrEnum):
@@ -81,49 +76,3 @@ def estimate(
         else model.decode(observations.values)
     )
     return Estimate(observations, probabilities, phases)
-
-
-def load_observations(
-    spec: str,
-    options: SourceOptions | None = None,
-    *,
-    source: str | None = None,
-    robot_face: Vec3 = ROBOT_FACE,
-    gestures_from_phases: bool = False,
-    progress: Callable[[PersonFrame], None] | None = None,
-    note: Callable[[str], None] | None = None,
-) -> Observations:
-    """The observations of a file, whether it holds them ready or a person to observe.
-
-    Args:
-        spec: a file that a source recognises, or an observations CSV.
-        options: how the source is read.
-        source: the source's name, where it is not to be found out from the file.
-        robot_face: the robot's face in its base frame [m].
-        gestures_from_phases: press the thesis's keys as the true phases say (3.3.5).
-        progress: called after each frame of a source that takes its time.
-        note: called with each sentence the source has for the user.
-
-    Raises:
-        DataError: the file cannot be read, or lasts less than one interval.
-        ParameterError: there are no true phases to press keys by.
-    """
-    header = peek_header(spec) if source is None else ()
-    if "t" in header and any(feature in header for feature in FEATURES[:3]):
-        observations = read_observations(spec)
-        if gestures_from_phases:
-            raise ParameterError(f"{spec}: observations hold their gestures already")
-        return observations
-    if find_source(spec, name=source).live:
-        raise DataError("estimate reads recordings; for a device there is kendon greet", file=spec)
-    opened = open_source(spec, options, name=source)
-    for sentence in opened.notes if note else ():
-        note(sentence)  # type: ignore[misc]
-    track = opened.record(progress)
-    if gestures_from_phases:
-        track = track.with_gestures_from_phases()
-    if track.duration < PERIOD:
-        raise DataError(
-            f"lasts {track.duration:.2f} s; the first observation needs {PERIOD:g} s", file=spec
-        )
-    return observe(track, robot_face)

@@ -7,17 +7,22 @@ without an index is the set of all its CSV files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
-from kendon.errors import DataError
-from kendon.estimate import load_observations
-from kendon.features import ROBOT_FACE
+from kendon.errors import DataError, ParameterError
+from kendon.features import PERIOD, ROBOT_FACE, observe
 from kendon.geometry import Vec3
-from kendon.observations import Observations, write_observations
-from kendon.person import Track
-from kendon.sources import SourceOptions
-from kendon.tables import is_index, read_table, write_table
+from kendon.observations import (
+    FEATURES,
+    Observations,
+    read_observations,
+    write_observations,
+)
+from kendon.person import PersonFrame, Track
+from kendon.sources import SourceOptions, find_source, open_source
+from kendon.tables import is_index, peek_header, read_table, write_table
 
 #: The file that lists the greetings of a set.
 INDEX = "index.csv"
@@ -43,6 +48,106 @@ def expand(paths: Iterable[str | Path]) -> list[Path | str]:
         else:
             found[place if place.exists() else str(path)] = None
     return list(found)
+
+
+def load_greetings(paths: Iterable[str | Path], **how: Any) -> list[Observations]:
+    """The observations of every recording that files, folders and indexes stand for.
+
+    Args:
+        paths: see `expand`.
+        **how: see `load_observations`.
+
+    Raises:
+        DataError: a recording cannot be read.
+    """
+    return [load_observations(path, **how) for path in expand(paths)]
+
+
+def write_greetings(
+    folder: str | Path,
+    greetings: Sequence[Observations],
+    columns: Sequence[str] = (),
+    rows: Sequence[Sequence[object]] = (),
+) -> None:
+    """Write a set: one observations CSV a greeting, then the index that names them all.
+
+    Args:
+        folder: made if it is not there.
+        greetings: named apart.
+        columns: further columns of the index.
+        rows: their values, one row a greeting.
+
+    Raises:
+        DataError: the folder cannot be written to, or holds an index already.
+        ParameterError: two greetings have one name.
+    """
+    folder = Path(folder)
+    if (folder / INDEX).exists():
+        raise DataError("this folder holds a set of greetings already; name another", file=folder)
+    names = [f"{greeting.name}.csv" for greeting in greetings]
+    if len(set(names)) < len(names):
+        raise ParameterError("the greetings of a set need different names")
+    for greeting, name in zip(greetings, names, strict=True):
+        write_observations(greeting, folder / name)
+    further = rows or [()] * len(names)
+    write_table(
+        folder / INDEX,
+        ["file", *columns],
+        ([name, *more] for name, more in zip(names, further, strict=True)),
+    )
+
+
+def load_observations(
+    spec: str | Path,
+    options: SourceOptions | None = None,
+    *,
+    source: str | None = None,
+    robot_face: Vec3 = ROBOT_FACE,
+    gestures_from_phases: bool = False,
+    sensor: Callable[[Track], Track] | None = None,
+    progress: Callable[[PersonFrame], None] | None = None,
+    note: Callable[[str], None] | None = None,
+) -> Observations:
+    """The observations of a file, whether it holds them ready or a person to observe.
+
+    Args:
+        spec: a file that a source recognises, or an observations CSV.
+        options: how the source is read.
+        source: the source's name, where it is not to be found out from the file.
+        robot_face: the robot's face in its base frame [m].
+        gestures_from_phases: press the thesis's keys as the true phases say (3.3.5).
+        sensor: what a worse sensor would have seen of a track; after the keys, before features.
+        progress: called after each frame of a source that takes its time.
+        note: called with each sentence the source has for the user.
+
+    Raises:
+        DataError: the file cannot be read, or lasts less than one interval.
+        ParameterError: there are no true phases to press keys by.
+    """
+    header = peek_header(spec) if source is None else ()
+    if "t" in header and any(feature in header for feature in FEATURES[:3]):
+        observations = read_observations(spec)
+        if gestures_from_phases or sensor:
+            raise ParameterError(
+                f"{spec}: these are observations; gestures and sensors are for tracks of people"
+            )
+        return observations
+    if find_source(spec, name=source).live:
+        raise DataError("estimate reads recordings; for a device there is kendon greet", file=spec)
+    opened = open_source(spec, options, name=source)
+    if note:
+        for sentence in opened.notes:
+            note(sentence)
+    track = opened.record(progress)
+    if gestures_from_phases:
+        track = track.with_gestures_from_phases()
+    if sensor:
+        track = sensor(track)
+    if track.duration < PERIOD:
+        raise DataError(
+            f"lasts {track.duration:.2f} s; the first observation needs {PERIOD:g} s", file=spec
+        )
+    return observe(track, robot_face)
 
 
 def _listed(index: Path) -> list[Path]:

@@ -239,6 +239,8 @@ class Track:
         """
         if self.phases is None:
             raise ParameterError(f"{self.name or 'the track'} has no true phases to press keys by")
-        keys = np.stack([self.phases == number for number in (Phase.DS, Phase.CS, Phase.HD)], axis=1).astype(float)
+        keys = np.stack(
+            [self.phases == number for number in (Phase.DS, Phase.CS, Phase.HD)], axis=1
+        ).astype(float)
         labelled = (self.phases >= 0)[:, None]
         return replace(self, gestures=np.where(labelled, keys, self.gestures))

@@ -6,6 +6,7 @@ Rows are counted as editors and spreadsheets show them: the header is row 1.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 import tempfile
@@ -177,7 +178,7 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     Numbers keep 6 significant digits and 6 decimals at least, so that clock times survive.
 
     Raises:
-        DataError: the folder cannot be written to.
+        DataError: the file cannot be written.
     """
 
     def cell(value: object) -> object:
@@ -185,6 +186,19 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
             return "" if math.isnan(value) else _number(value)
         return value
 
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([cell(v) for v in row] for row in rows)
+    write_text(path, text.getvalue())
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file whole or not at all, making its folder if need be.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -192,9 +206,7 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
             with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(columns)
-                writer.writerows([cell(v) for v in row] for row in rows)
+                file.write(text)
             os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
         except BaseException:

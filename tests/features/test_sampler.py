@@ -62,8 +62,8 @@ def intervals(track: Track, ends: FloatArray) -> list[list[int]]:
 @pytest.mark.parametrize("jitter", [0.0, 0.4])
 def test_five_a_second_from_every_rate(rate: float, start: float, jitter: float) -> None:
     rng = np.random.default_rng(7)
-    t = start + (np.arange(round(6 * rate)) + jitter * rng.uniform(-0.5, 0.5)) / rate
-    t[1:] += jitter * rng.uniform(-0.5, 0.5, len(t) - 1) / rate
+    n = round(6 * rate)
+    t = start + (np.arange(n) + jitter * rng.uniform(-0.5, 0.5, n)) / rate
     seen = observe(walk(t, speed=1.5))
     count = math.floor((t[-1] - t[0] + TOLERANCE) / PERIOD)
     np.testing.assert_array_equal(seen.t, [t[0] + k * PERIOD for k in range(1, count + 1)])
@@ -74,7 +74,7 @@ def test_five_a_second_from_every_rate(rate: float, start: float, jitter: float)
     np.testing.assert_allclose(speeds[np.isfinite(speeds)], 1.5, atol=1e-5)
     # A median stands for the middle of its interval: at most an interval and a frame old.
     age = (60 - 1.5 * (seen.t - t[0])) - seen.values[:, 0]
-    assert (age <= 1e-5).all()
+    assert (age <= 1.5 * TOLERANCE + 1e-5).all()
     assert (age > -1.5 * (PERIOD + 1.5 / rate)).all()
 
 
@@ -136,7 +136,8 @@ def test_an_observation_comes_as_soon_as_its_interval_is_over() -> None:
     assert sampler.next_end == pytest.approx(10.2)
     assert sampler.advance(10.19) == []
     (first,) = sampler.advance(10.2)
-    assert (first.t, first.distance) == (pytest.approx(10.2), 2.0)
+    assert first.t == pytest.approx(10.2)
+    assert first.distance == 2.0
     assert sampler.advance(10.2) == []
     assert [o.t for o in sampler.push(PersonFrame(10.7))] == pytest.approx([10.4, 10.6])
 

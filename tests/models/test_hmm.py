@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from kendon.models import hmm
+from kendon.models import Emissions, hmm
 from kendon.person import FloatArray
 
 
@@ -27,10 +27,12 @@ class Case(NamedTuple):
 
     @property
     def log_emissions(self) -> FloatArray:
-        return hmm.log_emissions(self.X, self.means, self.variances)
+        return Emissions(self.means, self.variances).log_likelihoods(self.X)
 
     def forward(self, X: FloatArray | None = None) -> hmm.Filtered:
-        emissions = hmm.log_emissions(self.X if X is None else X, self.means, self.variances)
+        emissions = Emissions(self.means, self.variances).log_likelihoods(
+            self.X if X is None else X
+        )
         return hmm.forward(self.startprob, self.transmat, emissions)
 
 
@@ -126,7 +128,7 @@ def test_an_emission_is_the_product_of_the_known_features_densities(seed: int) -
     case = random_case(seed, 3, 8, 4)
     expected = [[density(case, t, s) for s in range(3)] for t in range(8)]
     np.testing.assert_allclose(case.log_emissions, np.log(expected), atol=1e-12)
-    one = hmm.Emission.of(case.means, case.variances)
+    one = Emissions(case.means, case.variances)
     np.testing.assert_allclose([one.log_likelihood(x) for x in case.X], case.log_emissions)
 
 
@@ -283,8 +285,8 @@ def test_a_state_that_lost_by_far_can_win_again(seed: int) -> None:
 
 def test_condition_prefers_the_best_possible_state() -> None:
     with np.errstate(divide="ignore"):
-        predicted = np.log([0.5, 0.5, 0.0])
-    log_belief, gain = hmm.condition(predicted, np.array([-1e6, -1e6 - 1, 1e6]))
+        predicted = np.log([0.5, 0.5, 0.0]).tolist()
+    log_belief, gain = hmm.condition(predicted, [-1e6, -1e6 - 1, 1e6])
     odds = math.exp(-1)
     np.testing.assert_allclose(
         np.exp(log_belief), [1 / (1 + odds), odds / (1 + odds), 0], atol=1e-12
@@ -294,5 +296,5 @@ def test_condition_prefers_the_best_possible_state() -> None:
 
 def test_predict_moves_a_belief_along_the_rows() -> None:
     transmat = np.array([[0.25, 0.75], [0.0, 1.0]])
-    prediction = hmm.predict(np.log([0.4, 0.6]), hmm.log_probabilities(transmat))
+    prediction = hmm.predict([math.log(0.4), math.log(0.6)], hmm.Transitions.of(transmat))
     np.testing.assert_allclose(np.exp(prediction), [0.1, 0.9])

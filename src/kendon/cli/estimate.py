@@ -26,14 +26,14 @@ from kendon.cli.options import (
     point,
     source_options,
 )
-from kendon.errors import DataError, ParameterError
-from kendon.estimate import Decoder, Estimate, estimate, load_observations
+from kendon.errors import ParameterError
+from kendon.estimate import Decoder, Estimate, estimate
 from kendon.geometry import Vec3
+from kendon.greetings import expand, load_observations
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.observations import Observations
 from kendon.person import PersonFrame
 from kendon.sources import SourceOptions
-from kendon.tables import is_index
 
 EPILOG = """
 **Examples**
@@ -48,7 +48,10 @@ EPILOG = """
 
 def estimate_command(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="Recordings: tracks, videos and more.")
+        list[str],
+        typer.Argument(
+            metavar="FILE...", help="Recordings: tracks, videos and more, or folders of them."
+        ),
     ],
     model: ModelOption = DEFAULT_MODEL,
     decoder: Annotated[
@@ -66,7 +69,7 @@ def estimate_command(
     model_files: ModelFilesOption = None,
 ) -> None:
     """Read the greeting phases of recorded people."""
-    files = _without_indexes(files)
+    files = [str(file) for file in expand(files)]
     options = source_options(camera_pose, fov, fps, model_files)
     face = point("--robot-face", robot_face)
     greeting_model = load_model(model)
@@ -86,24 +89,6 @@ def estimate_command(
             "no gesture information in the input; salutations and dips are read from distance,"
             " speed, gaze and smile alone"
         )
-
-
-def _without_indexes(files: list[str]) -> list[str]:
-    """The files that are recordings: ``*.csv`` also takes in the index beside them.
-
-    Raises:
-        DataError: nothing but indexes was named.
-    """
-    indexes = [file for file in files if is_index(file)]
-    if len(indexes) == len(files):
-        raise DataError(
-            "this only lists recordings; name the recordings themselves, for example"
-            f" {Path(files[0]).parent}/*.csv",
-            file=files[0],
-        )
-    for index in indexes:
-        note(f"{index} only lists recordings and is left out")
-    return [file for file in files if file not in indexes]
 
 
 def _targets(files: list[str], folder: Path | None) -> list[Path]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kendon.errors import ParameterError
+from kendon.errors import ParameterError, UnknownNameError
 from kendon.models import hmm
+from kendon.models.emissions import GESTURES_FROM, Emissions, Family
 from kendon.observations import FEATURES, Observation
 from kendon.person import FloatArray, IntArray
 from kendon.phases import Phase
@@ -20,6 +20,10 @@ _FEATURES = len(FEATURES)
 
 #: A smaller number is zero for all that arithmetic can do with it.
 _SMALLEST_VARIANCE = float(np.finfo(float).tiny)
+
+
+#: No feature in its unit comes near this; what does is a mistake, and its square might overflow.
+_LARGEST = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +52,8 @@ class GreetingModel:
     transmat: FloatArray  # (6, 6), from row to column
     means: FloatArray  # (6, 7), SI units
     variances: FloatArray  # (6, 7), SI units squared
+    family: Family = Family.GAUSSIAN
+    outliers: float = 0.0  # probability of a value from nowhere, robust family only
     name: str = "unnamed"
     title: str = ""
     source: str = ""
@@ -91,6 +97,22 @@ class GreetingModel:
                 )
             value.setflags(write=False)
             object.__setattr__(self, field, value)
+        self._check_family()
+
+    def _check_family(self) -> None:
+        if self.family not in list(Family):
+            raise UnknownNameError("family of emissions", self.family, Family)
+        if not 0 <= self.outliers < 1 or (self.outliers and self.family is Family.GAUSSIAN):
+            raise ParameterError(
+                f"model {self.name!r}: outliers is a probability below 1, and of the robust family"
+                f" only; not {self.outliers}"
+            )
+        gestures = self.means[:, GESTURES_FROM:]
+        if self.family is Family.ROBUST and not ((gestures > 0) & (gestures < 1)).all():
+            raise ParameterError(
+                f"model {self.name!r}: a robust gesture's mean is its probability,"
+                " more than 0 and less than 1"
+            )
 
     def _numbers(self, field: str) -> FloatArray:
         try:
@@ -143,9 +165,9 @@ class GreetingModel:
         return Tracker(self)
 
     @functools.cached_property
-    def emission(self) -> hmm.Emission:
+    def emissions(self) -> Emissions:
         """The emissions, prepared for evaluation."""
-        return hmm.Emission.of(self.means, self.variances)
+        return Emissions(self.means, self.variances, self.family, self.outliers)
 
     def _log_emissions(self, X: FloatArray) -> FloatArray:
         X = _as_numbers(X)
@@ -154,14 +176,13 @@ class GreetingModel:
                 f"observations have shape (T, {_FEATURES}) with T at least 1, not {X.shape};"
                 f" the columns are {', '.join(FEATURES)}"
             )
-        with np.errstate(over="ignore"):
-            log_emissions = hmm.log_emissions(X, self.means, self.variances)
-        if not np.isfinite(log_emissions).all():
-            row = int(np.argmin(np.isfinite(log_emissions).all(axis=1)))
+        beyond = (np.abs(X) > _LARGEST).any(axis=1)  # False for NaN
+        if beyond.any():
+            row = int(np.argmax(beyond))
             raise ParameterError(
                 f"observation {row} holds a value beyond all measure, {X[row]}; use NaN for unknown"
             )
-        return log_emissions
+        return self.emissions.log_likelihoods(X)
 
 
 class Tracker:
@@ -169,9 +190,9 @@ class Tracker:
 
     def __init__(self, model: GreetingModel) -> None:
         self.model = model
-        self._emission = model.emission
-        self._log_startprob = hmm.log_probabilities(model.startprob)
-        self._log_transmat = hmm.log_probabilities(model.transmat)
+        self._emissions = model.emissions
+        self._log_startprob: list[float] = hmm.log_probabilities(model.startprob).tolist()
+        self._transitions = hmm.Transitions.of(model.transmat)
         self._prediction = self._log_startprob
 
     def step(self, x: FloatArray | Sequence[float] | Observation) -> Belief:
@@ -183,20 +204,17 @@ class Tracker:
         Raises:
             ParameterError: there are not seven, or one is beyond all measure.
         """
-        values = x.values if isinstance(x, Observation) else _as_numbers(x)
-        if values.shape != (_FEATURES,):
+        values = list(x[1:]) if isinstance(x, Observation) else _as_numbers(x).tolist()
+        if not isinstance(values, list) or len(values) != _FEATURES:
             raise ParameterError(
-                f"an observation has {_FEATURES} features ({', '.join(FEATURES)}),"
-                f" not shape {values.shape}"
+                f"an observation has {_FEATURES} features ({', '.join(FEATURES)}), not {x!r:.60}"
             )
-        with np.errstate(over="ignore"):
-            log_emission = self._emission.log_likelihood(values)
-        if not math.isfinite(sum(log_emission.tolist())):
+        if any(abs(v) > _LARGEST for v in values):  # False for NaN
             raise ParameterError(
                 f"an observation holds a value beyond all measure, {values}; use NaN for unknown"
             )
-        log_belief, _ = hmm.condition(self._prediction, log_emission)
-        self._prediction = hmm.predict(log_belief, self._log_transmat)
+        log_belief, _ = hmm.condition(self._prediction, self._emissions.log_likelihood(values))
+        self._prediction = hmm.predict(log_belief, self._transitions)
         return Belief(np.exp(log_belief))
 
     def reset(self) -> None:

@@ -18,7 +18,9 @@ import numpy as np
 
 from kendon.person import FloatArray, IntArray
 
-_LOG_2PI = math.log(2 * math.pi)
+#: Above this a sum of products of probabilities has lost nothing to underflow that matters: what
+#: vanished is smaller than 1e-307.
+_SAFE = 1e-290
 
 
 class Filtered(NamedTuple):
@@ -29,69 +31,67 @@ class Filtered(NamedTuple):
     log_likelihood: float  # log P(o_1..o_T)
 
 
-class Emission(NamedTuple):
-    """Gaussians with diagonal covariance, prepared for evaluation at single observations."""
+class Transitions(NamedTuple):
+    """Transition probabilities, prepared for `predict`."""
 
-    means: FloatArray  # (K, F)
-    precision: FloatArray  # (K, F), minus one over twice the variance
-    log_norm: FloatArray  # (K, F), log of the density's factor
-    log_norms: FloatArray  # (K,), its sum over the features
-    ones: FloatArray  # (F,)
+    #: Into each state: from where, the probability, its logarithm; impossible moves are left out.
+    moves: tuple[tuple[tuple[int, float, float], ...], ...]
 
     @classmethod
-    def of(cls, means: FloatArray, variances: FloatArray) -> Emission:
-        """Prepare means and variances, both (K, F)."""
-        log_norm = -0.5 * (_LOG_2PI + np.log(variances))
-        return cls(means, -0.5 / variances, log_norm, log_norm.sum(axis=1), np.ones(means.shape[1]))
-
-    def log_likelihood(self, x: FloatArray) -> FloatArray:
-        """Log P(x | state) over the known features of x (F,), shape (K,)."""
-        terms = x - self.means
-        terms *= terms
-        terms *= self.precision
-        if math.isfinite(x.dot(x)):  # nothing unknown: one product over the features
-            return np.asarray(terms.dot(self.ones) + self.log_norms)
-        terms += self.log_norm
-        return np.asarray(np.where(x == x, terms, 0.0).dot(self.ones))  # NaN is unequal to itself
+    def of(cls, transmat: FloatArray) -> Transitions:
+        """Prepare a transition matrix, (K, K), from row to column, rows sum to one."""
+        return cls(
+            tuple(
+                tuple((i, p, math.log(p)) for i, p in enumerate(column) if p > 0)
+                for column in transmat.T.tolist()
+            )
+        )
 
 
-def log_emissions(X: FloatArray, means: FloatArray, variances: FloatArray) -> FloatArray:
-    """Log P(x_t | state) of every step over its known features, shape (T, K).
+# The two functions of a step work on lists: six states are too few for array arithmetic to pay,
+# and the tracker spends its time here.
+
+
+def predict(log_belief: list[float], transitions: Transitions) -> list[float]:
+    """Log P(state_t | o_1..o_{t-1}) of each of the K states.
 
     Args:
-        X: observations, (T, F), NaN = unknown.
-        means: (K, F).
-        variances: (K, F), positive.
+        log_belief: log P(state_{t-1} | o_1..o_{t-1}); -inf = impossible.
+        transitions: of the model.
     """
-    # Row by row, as the tracker does, so that both give the same numbers to the last bit.
-    emission = Emission.of(means, variances)
-    return np.array([emission.log_likelihood(x) for x in X]).reshape(len(X), len(means))
+    belief = [math.exp(log) for log in log_belief]
+    prediction = []
+    for moves in transitions.moves:
+        total = 0.0
+        for i, p, _ in moves:
+            total += belief[i] * p
+        if total > _SAFE:
+            prediction.append(math.log(total))
+        else:
+            prediction.append(_log_sum([log_belief[i] + log for i, _, log in moves]))
+    return prediction
 
 
-def predict(log_belief: FloatArray, log_transmat: FloatArray) -> FloatArray:
-    """Log P(state_t | o_1..o_{t-1}), shape (K,).
+def condition(log_predicted: list[float], log_emission: list[float]) -> tuple[list[float], float]:
+    """Log P(state_t | o_1..o_t) of each of the K states, and log P(o_t | o_1..o_{t-1}).
 
     Args:
-        log_belief: log P(state_{t-1} | o_1..o_{t-1}), (K,); -inf = impossible.
-        log_transmat: (K, K), from row to column; -inf = impossible.
+        log_predicted: log P(state_t | o_1..o_{t-1}); -inf = impossible.
+        log_emission: log P(o_t | state), finite.
     """
-    return np.asarray(np.logaddexp.reduce(log_belief[:, None] + log_transmat, axis=0))
-
-
-def condition(log_predicted: FloatArray, log_emission: FloatArray) -> tuple[FloatArray, float]:
-    """Log P(state_t | o_1..o_t), shape (K,), and log P(o_t | o_1..o_{t-1}).
-
-    Args:
-        log_predicted: log P(state_t | o_1..o_{t-1}), (K,); -inf = impossible.
-        log_emission: log P(o_t | state), (K,), finite.
-    """
-    joint = log_predicted + log_emission
-    # Six states are too few for array arithmetic to pay: this is the hot path of the tracker.
-    values = joint.tolist()
-    scale = max(values)
+    joint = [p + e for p, e in zip(log_predicted, log_emission, strict=True)]
+    scale = max(joint)
+    rest = math.log(sum([math.exp(log - scale) for log in joint]))
     # Subtracted one after the other: both stay exact where the states that matter are.
-    rest = math.log(sum([math.exp(value - scale) for value in values]))
-    return joint - scale - rest, scale + rest
+    return [log - scale - rest for log in joint], scale + rest
+
+
+def _log_sum(logs: list[float]) -> float:
+    """The logarithm of a sum of numbers given by their logarithms."""
+    largest = max(logs, default=-math.inf)
+    if largest == -math.inf:
+        return largest
+    return largest + math.log(sum([math.exp(log - largest) for log in logs]))
 
 
 def forward(startprob: FloatArray, transmat: FloatArray, log_emission: FloatArray) -> Filtered:
@@ -102,16 +102,16 @@ def forward(startprob: FloatArray, transmat: FloatArray, log_emission: FloatArra
         transmat: (K, K), rows sum to one.
         log_emission: (T, K).
     """
-    log_beliefs = np.empty_like(log_emission)
-    log_predicted = np.empty_like(log_emission)
+    beliefs, predictions = [], []
     log_likelihood = 0.0
-    prediction, log_transmat = log_probabilities(startprob), log_probabilities(transmat)
-    for t, row in enumerate(log_emission):
-        log_predicted[t] = prediction
-        log_beliefs[t], gain = condition(prediction, row)
+    prediction, transitions = log_probabilities(startprob).tolist(), Transitions.of(transmat)
+    for row in log_emission.tolist():
+        belief, gain = condition(prediction, row)
+        beliefs.append(belief)
+        predictions.append(prediction)
         log_likelihood += gain
-        prediction = predict(log_beliefs[t], log_transmat)
-    return Filtered(np.exp(log_beliefs), np.exp(log_predicted), log_likelihood)
+        prediction = predict(belief, transitions)
+    return Filtered(np.exp(beliefs), np.exp(predictions), log_likelihood)
 
 
 def log_probabilities(probabilities: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import os
 import tomllib
 from fractions import Fraction
@@ -13,11 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from kendon._version import __version__
 from kendon.errors import DataError, ParameterError, UnknownNameError
+from kendon.models.emissions import Family
 from kendon.models.greeting import GreetingModel
 from kendon.observations import FEATURES
 from kendon.person import FloatArray
 from kendon.phases import PHASE_NAMES
+from kendon.tables import write_text
 
 #: The model that `load_model()` gives.
 DEFAULT_MODEL = "kendon"
@@ -96,12 +100,53 @@ def _read(file: Traversable, name: str) -> GreetingModel:
             transmat=_numbers("transmat", content["transmat"]),
             means=_table("means", content) * scale,
             variances=variances,
+            family=content.get("family", Family.GAUSSIAN),
+            outliers=_share("outliers", content.get("outliers", 0.0)),
             name=name,
             title=str(content.get("title", "")),
             source=str(content.get("source", "")),
         )
-    except ParameterError as error:
+    except (ParameterError, UnknownNameError) as error:
         raise DataError(f"not a valid model: {error}", file=place) from None
+
+
+def save_model(model: GreetingModel, path: str | Path) -> None:
+    """Write a model file that `load_model` reads, whole or not at all.
+
+    Raises:
+        DataError: the file does not end in .toml, or cannot be written.
+    """
+    path = Path(path)
+    if path.suffix != ".toml":
+        raise DataError("a model file ends in .toml", file=path)
+    rows: dict[str, Any] = {
+        "title": model.title,
+        "source": model.source,
+        "phases": list(PHASE_NAMES),
+        "features": list(FEATURES),
+        "length_unit": "m",
+        "family": str(model.family),
+        "outliers": model.outliers,
+        "startprob": model.startprob.tolist(),
+        "transmat": model.transmat.tolist(),
+        "means": model.means.tolist(),
+        "standard_deviations": np.sqrt(model.variances).tolist(),
+    }
+    # Strings and arrays of numbers are written alike in TOML and JSON.
+    text = "".join(f"{key} = {_toml(value)}\n" for key, value in rows.items())
+    write_text(path, f"# A greeting model, written by kendon {__version__}.\n{text}")
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        return "[\n" + "".join(f"  {_toml(row)},\n" for row in value) + "]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _share(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ParameterError(f"{key} must be a number, not {value!r}")
+    return float(value)
 
 
 def _table(key: str, content: dict[str, Any]) -> FloatArray:

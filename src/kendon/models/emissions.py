@@ -1,0 +1,110 @@
+"""How observations depend on the phase: the two families of emissions.
+
+**gaussian** is the thesis's (2.2): every feature of every phase has a normal distribution of its
+own, gestures included.
+
+**robust** differs in two ways. The four measured features have contaminated normal distributions
+(Tukey 1960): with a small probability a value comes from nowhere in particular, so that a single
+wild one cannot outweigh all that was seen before. And a gesture's value g is taken for what it
+is, the probability that a detector sees the gesture: the gesture is there with a probability q
+that the phase has for it, which makes the value's likelihood q g + (1 - q)(1 - g), the virtual
+evidence of Pearl (1988). For keys, g = 0 or 1, that is Bernoulli's distribution.
+
+A feature that is NaN is unknown and marginalised: it drops out of the product of Algorithm 1,
+line 6.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from kendon.person import FloatArray
+
+_LOG_2PI = math.log(2 * math.pi)
+
+#: The measured features come first; from here on they are gestures.
+GESTURES_FROM = 4
+
+#: The range over which a value "from nowhere in particular" spreads: 12 m of distance, -2 to
+#: 4 m/s, the gaze's 0 to 2, the smile's 0 to 5.
+RANGES: tuple[float, ...] = (12.0, 6.0, 2.0, 5.0)
+
+
+class Family(StrEnum):
+    """A family of emissions."""
+
+    GAUSSIAN = "gaussian"
+    ROBUST = "robust"
+
+
+@dataclass(frozen=True, eq=False)
+class Emissions:
+    """The emissions of a model, prepared for evaluation.
+
+    Args:
+        means: (K, F); of a robust gesture, the probability q that it is there.
+        variances: (K, F), positive; of a robust gesture not used.
+        family: which family.
+        outliers: probability of a value from nowhere in particular, robust only.
+    """
+
+    means: FloatArray
+    variances: FloatArray
+    family: Family = Family.GAUSSIAN
+    outliers: float = 0.0
+    _rows: tuple[tuple[tuple[float, float, float], ...], ...] = field(init=False, repr=False)
+    _nowhere: tuple[float, ...] = field(init=False, repr=False)  # log density of an outlier
+
+    def __post_init__(self) -> None:
+        log_norm = -0.5 * (_LOG_2PI + np.log(self.variances))
+        terms = np.stack([self.means, -0.5 / self.variances, log_norm], axis=-1)
+        if self.family is Family.ROBUST:
+            terms[:, :GESTURES_FROM, 2] += math.log1p(-self.outliers)
+        rows = tuple(tuple(tuple(term) for term in row) for row in terms.tolist())
+        nowhere = (math.log(self.outliers / r) if self.outliers else -math.inf for r in RANGES)
+        object.__setattr__(self, "_rows", rows)
+        object.__setattr__(self, "_nowhere", tuple(nowhere))
+
+    def log_likelihood(self, x: list[float]) -> list[float]:
+        """Log P(x | phase) of each phase over the known features of x.
+
+        Lists, not arrays: see the remark in `kendon.models.hmm`.
+        """
+        if self.family is Family.ROBUST:
+            return [self._robust(row, x) for row in self._rows]
+        totals = []
+        for row in self._rows:
+            total = 0.0
+            for (mean, precision, log_norm), value in zip(row, x, strict=True):
+                if value == value:  # NaN is unequal to itself
+                    difference = value - mean
+                    total += log_norm + precision * difference * difference
+            totals.append(total)
+        return totals
+
+    def _robust(self, row: tuple[tuple[float, float, float], ...], x: list[float]) -> float:
+        total = 0.0
+        for (mean, precision, log_norm), value, nowhere in zip(
+            row, x[:GESTURES_FROM], self._nowhere, strict=False
+        ):
+            if value == value:
+                difference = value - mean
+                normal = log_norm + precision * difference * difference
+                more, less = (normal, nowhere) if normal > nowhere else (nowhere, normal)
+                total += more + math.log1p(math.exp(less - more))
+        for (there, _, _), value in zip(row[GESTURES_FROM:], x[GESTURES_FROM:], strict=True):
+            if value == value:
+                total += math.log(1 - there + (2 * there - 1) * value)
+        return total
+
+    def log_likelihoods(self, X: FloatArray) -> FloatArray:
+        """Log P(x_t | phase) of every step over its known features, shape (T, K).
+
+        Row by row, as the tracker does, so that both give the same numbers to the last bit.
+        """
+        rows = [self.log_likelihood(x) for x in X.tolist()]
+        return np.array(rows).reshape(len(X), len(self.means))
