@@ -104,7 +104,9 @@ def test_who_looks_at_the_face_from_anywhere_has_gaze_0(x: float, y: float, z: f
 
 @pytest.mark.parametrize("yaw", [0, 45, -45, 89.999, -89.999, 0.001])
 def test_a_ray_that_runs_away_gets_the_ceiling(yaw: float) -> None:
-    assert of_head((2.0, 0.3, 1.6), quaternion(math.radians(yaw))) == GAZE_CEILING
+    # The first one's ray, followed backward, would meet the robot's face at once.
+    for head in [(0.5, 0.0, 1.2), (2.0, 0.3, 1.6)]:
+        assert of_head(head, quaternion(math.radians(yaw))) == GAZE_CEILING
 
 
 @pytest.mark.parametrize("direction", [(0, 1, 0), (0, 0, -1), (1, 0, 0), (1e-310, 1, 0)])

@@ -85,7 +85,7 @@ def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: FloatArray) ->
     """
     # The rotated x axis times the quaternion's squared length, written out: this is the hot path,
     # and scipy's rotations alone would double the time that kendon takes to start.
-    x, y, z, w = np.moveaxis(rotation, -1, 0)
+    x, y, z, w = (rotation[..., i] for i in range(4))
     direction = np.stack(
         [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1
     )

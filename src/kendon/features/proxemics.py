@@ -48,6 +48,6 @@ def closing_speed(
     Returns:
         Shape (...); positive when coming closer.
     """
-    was = np.linalg.norm(before - robot_before, axis=-1)
-    is_now = np.linalg.norm(now - robot_before, axis=-1)
-    return np.asarray((was - is_now) / dt)
+    was, is_now = before - robot_before, now - robot_before
+    way = np.hypot(was[..., 0], was[..., 1]) - np.hypot(is_now[..., 0], is_now[..., 1])
+    return np.asarray(way / dt)

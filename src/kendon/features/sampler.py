@@ -1,20 +1,20 @@
 """Five observations a second from frames at any rate (thesis 3.3, 3.5.1).
 
-Each observation covers one interval of 0.2 s and is stamped with its end. Distance, gaze and
-smile are medians over the interval's frames, so that single bad frames do no harm; a gesture
-probability is the newest one, as it is the state of a key or a detector that has smoothed
-already. An interval without frames is unknown, never the last value again. The one exception
-is a source so slow (about 5 frames a second) that jitter leaves intervals empty: there the
-newest frame still counts while it is younger than one and a half frame periods.
+Each observation covers one interval of 0.2 s and is stamped with its end. Distance, gaze, smile
+and gestures are medians over the interval's frames, so that single bad frames do no harm; the
+speed comes from a robust line through the latest frames (`kendon.features.motion`). An interval
+without frames is unknown, never the last value again. The one exception is a source so slow
+(about 5 frames a second) that jitter leaves intervals empty: there the newest frame still counts
+while it is younger than one and a half frame periods.
 
 A recording and a live source go through the same function (`_reduce`): all intervals of a
-track at once, or the newest with its predecessor.
+track at once, or the newest alone.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
+from bisect import bisect_left
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -23,6 +23,7 @@ import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features import gaze, proxemics
+from kendon.features.motion import NOISE_SPAN, Positions, approach_speed, median
 from kendon.geometry import UNKNOWN_POINT, Vec3
 from kendon.observations import Observation, Observations
 from kendon.person import FloatArray, IntArray, PersonFrame, Track
@@ -60,9 +61,9 @@ class Sampler:
         self._start = math.nan
         self._count = 0
         self._last = -math.inf  # [s], the newest frame's stamp
-        self._stamps: deque[float] = deque(maxlen=_SPACINGS + 1)
-        self._previous: list[PersonFrame] = []  # the frames of the interval before
-        self._pending: list[PersonFrame] = []
+        self._recent: list[PersonFrame] = []  # the frames of the last second, up to the interval
+        self._pending: list[PersonFrame] = []  # those of the interval being filled
+        self._run = 0  # where in `_recent` the person was last lost and seen again
 
     @property
     def next_end(self) -> float:
@@ -98,21 +99,33 @@ class Sampler:
     def _close(self) -> Observation:
         end = self.next_end
         self._count += 1
-        fresh = [f for f in self._pending if f.t <= end + _TOLERANCE]
-        self._pending = self._pending[len(fresh) :]
-        self._stamps.extend(f.t for f in fresh)
-        before = len(self._previous)
-        if fresh:
-            frames, place = self._previous + fresh, (before, before + len(fresh))
-        elif before and _still_counts(list(self._stamps), end):
-            frames, place = self._previous, (before - 1, before)
-        else:
-            self._previous = []
+        fresh = sum(1 for row in self._pending if row.t <= end + _TOLERANCE)
+        stop = len(self._recent) + fresh
+        self._recent += self._pending[:fresh]
+        self._pending = self._pending[fresh:]
+        start = stop - fresh
+        if not fresh and _still_counts([row.t for row in self._recent[-_SPACINGS - 1 :]], end):
+            start -= 1
+        if start == stop:
+            self._run = stop
             return Observation(end)
-        places = np.array([(0, before), place])
-        values = _reduce(_Frames.of(frames), places, self._face, self.period)[1]
-        self._previous = frames[slice(*place)]
+        frames = _Frames.of(self._recent)
+        values = _reduce(
+            frames, np.array([start]), np.array([stop]), np.array([self._run]), np.array([end]),
+            self._face, self.period,
+        )[0]  # fmt: skip
+        if not np.isfinite(frames.head[start:stop, 0]).any():
+            self._run = stop
+        self._forget(end)
         return Observation(end, *values.tolist())
+
+    def _forget(self, end: float) -> None:
+        """Let go of frames that no later observation needs."""
+        keep = bisect_left(self._recent, end - NOISE_SPAN, key=lambda frame: frame.t)
+        # One more, as each position is held against its neighbours; some for their spacings.
+        old = max(0, min(keep - 2, len(self._recent) - _SPACINGS - 1))
+        del self._recent[:old]
+        self._run = max(0, self._run - old)
 
 
 def observe(
@@ -120,8 +133,8 @@ def observe(
 ) -> Observations:
     """The observations of a whole track; the same numbers as a `Sampler` gives frame by frame.
 
-    The true phase of an observation is that of its interval's newest frame, the phase the
-    person is in at the observation's stamp.
+    The true phase of an observation is that of its interval's middle frame, the phase the person
+    is in for most of the interval.
 
     Args:
         track: at least one interval long.
@@ -152,9 +165,17 @@ def observe(
         track.t, track.head, track.head_rotation, track.smile, track.gestures, track.robot,
         *((track.eyes, track.eye_gaze) if np.isfinite(track.eyes).any() else ()),
     )  # fmt: skip
-    values = _reduce(frames, np.stack([starts, stops], axis=1), face, period)
-    phases = None if track.phases is None else _phases_at(track.phases, starts, stops)
+    values = _reduce(frames, starts, stops, _runs(frames, starts, stops), ends, face, period)
+    phases = None if track.phases is None else _phases_of(track.phases, starts, stops)
     return Observations(ends, values, phases, track.name if name is None else name)
+
+
+def _runs(frames: _Frames, starts: IntArray, stops: IntArray) -> IntArray:
+    """For each interval the row at which the person was last lost and seen again."""
+    seen = np.concatenate([[0], np.cumsum(np.isfinite(frames.head[:, 0]))])
+    blind = seen[stops] == seen[starts]
+    after = np.where(blind, stops, 0)
+    return np.concatenate([[0], np.maximum.accumulate(after)[:-1]])
 
 
 class _Frames(NamedTuple):
@@ -188,50 +209,44 @@ class _Frames(NamedTuple):
         )
 
 
-def _reduce(frames: _Frames, places: IntArray, face: FloatArray, period: float) -> FloatArray:
-    """The seven features of intervals that cover the rows start to stop, shape (K, 7).
+def _reduce(
+    frames: _Frames,
+    starts: IntArray,
+    stops: IntArray,
+    runs: IntArray,
+    ends: FloatArray,
+    face: FloatArray,
+    period: float,
+) -> FloatArray:
+    """The seven features of K intervals, shape (K, 7).
 
-    The speed of the first interval is unknown; that of another is taken against the one before.
+    Args:
+        frames: those of the intervals and, for the speed, those before.
+        starts: the first row of each interval, (K,).
+        stops: the row after its last, (K,).
+        runs: the row since which the person has not been lost, (K,).
+        ends: of the intervals, (K,) [s].
+        face: the robot's face in its base frame, (3,) [m].
+        period: the interval between observations [s].
     """
-    starts, stops = places[:, 0], places[:, 1]
-    rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
-    outside = rows >= stops[:, None]
-    rows = np.minimum(rows, len(frames.t) - 1)
-
-    def middle(values: FloatArray) -> FloatArray:
-        """The median of the known values of each interval, shape (K, ...)."""
-        taken = values[rows]
-        taken[outside] = np.nan
-        return _median(taken)
-
     way = proxemics.distance(frames.head)
-    head = gaze.head_gaze(frames.head, frames.head_rotation, face)
+    look = gaze.head_gaze(frames.head, frames.head_rotation, face)
     if frames.eyes is not None and frames.eye_gaze is not None:
-        head = gaze.blend(gaze.eye_gaze(frames.eyes, frames.eye_gaze, face), head, way)
+        look = gaze.blend(gaze.eye_gaze(frames.eyes, frames.eye_gaze, face), look, way)
+    rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
+    taken = np.column_stack([way, look, frames.smile, frames.gestures])[
+        np.minimum(rows, len(frames.t) - 1)
+    ]
+    taken[rows >= stops[:, None]] = np.nan
+    medians = median(taken)
+
     spots = proxemics.to_world(frames.head, frames.robot)
-    stamps = np.where(np.isnan(way), np.nan, frames.t)
-    medians = middle(np.column_stack([way, head, frames.smile, stamps, spots]))
-
-    newest = np.maximum(stops - 1, 0)
-    robot = frames.robot[newest, :2]
-    speed = np.full(len(places), np.nan)
-    dt = np.diff(medians[:, 3])
-    # Two instants this close together say nothing of a speed.
-    dt[~(dt >= period / 2)] = np.nan
-    speed[1:] = proxemics.closing_speed(medians[:-1, 4:], medians[1:, 4:], robot[:-1], dt)
-
-    gestures = np.where((stops > starts)[:, None], frames.gestures[newest], np.nan)
-    return np.column_stack([medians[:, 0], speed, medians[:, 1], medians[:, 2], gestures])
-
-
-def _median(values: FloatArray) -> FloatArray:
-    """The median along axis 1 of what is not NaN, NaN where nothing is."""
-    ordered = np.sort(values, axis=1)  # NaN comes last
-    count = (~np.isnan(ordered)).sum(axis=1, keepdims=True)
-    low = np.take_along_axis(ordered, np.maximum(count - 1, 0) // 2, axis=1)
-    # With one value or more, index count // 2 is inside; with none, everything is NaN anyway.
-    high = np.take_along_axis(ordered, count // 2, axis=1)
-    return np.asarray(((low + high) / 2)[:, 0])
+    known = np.flatnonzero(np.isfinite(spots[:, 0]))
+    positions = Positions(frames.t[known], spots[known], frames.robot[known, :2])
+    first, stop = np.searchsorted(known, runs), np.searchsorted(known, stops)
+    speed = approach_speed(positions, first, stop, ends, period)
+    speed[np.searchsorted(known, starts) == stop] = np.nan  # nobody seen in this interval
+    return np.column_stack([medians[:, 0], speed, medians[:, 1:]])
 
 
 def _still_counts(stamps: list[float], end: float) -> bool:
@@ -242,8 +257,9 @@ def _still_counts(stamps: list[float], end: float) -> bool:
     return end - stamps[-1] <= _CARRY * spacings[len(spacings) // 2]
 
 
-def _phases_at(phases: IntArray, starts: IntArray, stops: IntArray) -> IntArray:
-    return np.where(stops > starts, phases[np.maximum(stops - 1, 0)], -1)
+def _phases_of(phases: IntArray, starts: IntArray, stops: IntArray) -> IntArray:
+    middle = (starts + stops) // 2
+    return np.where(stops > starts, phases[np.minimum(middle, len(phases) - 1)], -1)
 
 
 def _checked_period(period: float) -> float:

@@ -51,7 +51,7 @@ def depth_map(
         nearest: the smallest depth looked for [m].
 
     Returns:
-        Shape (H, W, 3) [m]; NaN where no disparity was found.
+        Shape (H, W, 3) [m]; NaN where no disparity was found, or one of less than `nearest`.
 
     Raises:
         ParameterError: the images differ in size, or `nearest` is not positive.
@@ -100,7 +100,7 @@ def depth_map(
     with np.errstate(divide="ignore", invalid="ignore"):
         points = np.asarray(cv2.reprojectImageTo3D(disparity, Q), dtype=float)
         z = points[:, :, 2]
-        points[(fixed < first * _FINE) | ~((z > 0) & (z < _FARTHEST))] = math.nan
+        points[(fixed < first * _FINE) | ~((z >= nearest) & (z < _FARTHEST))] = math.nan
     return points
 
 
@@ -161,7 +161,7 @@ class StereoRig:
             (scaled.K2, none if scaled.D2 is None else scaled.D2),
         ]
         R1, R2, P1, P2, Q, *_ = self._cv2.stereoRectify(
-            *cameras[0], *cameras[1], size, scaled.R, scaled.T,
+            *cameras[0], *cameras[1], size, scaled.R, np.asarray(scaled.T).reshape(3, 1),
             flags=self._cv2.CALIB_ZERO_DISPARITY, alpha=0,
         )  # fmt: skip
         if abs(P2[1, 3]) > abs(P2[0, 3]):

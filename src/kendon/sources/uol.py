@@ -105,7 +105,11 @@ class UolSource(RecordedSource):
 
 
 def read_uol(
-    path: str | Path, options: UolOptions | None = None, *, person: int = 1, partner: int = 2
+    path: str | Path,
+    options: UolOptions | None = None,
+    *,
+    person: int | None = None,
+    partner: int | None = None,
 ) -> PairGreeting:
     """One person's greeting of another, with the partner's face and the notes on the reading.
 
@@ -114,8 +118,9 @@ def read_uol(
     Args:
         path: of ``skeletons.txt``.
         options: what is known of axes, labels and stamps.
-        person: the slot of the person.
-        partner: the slot of the partner, in whose place the robot stands.
+        person: the slot of the person; the first that is used by default.
+        partner: the slot of the partner, in whose place the robot stands; by default the first
+            that is used by somebody else.
 
     Raises:
         DataError: the file is missing, torn, unsorted, or there is no such pair.

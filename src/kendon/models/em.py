@@ -1,0 +1,270 @@
+"""The E-step of EM for many sequences at once (thesis 2.13, 2.14).
+
+Sequences are sorted by length and packed by time: first the first rows of all of them, then the
+second rows of those that have one, and so on. Each time step is then one block of columns, and
+the loop runs over time steps only, with no padding however different the lengths are. States
+come first, (K, N), so that every operation runs along the sequences.
+
+The recursions run on probabilities, scaled twice: each row's densities by the largest of its
+states, each step's forward probabilities by their sum c. That is exact as long as nothing that
+underflows could have mattered later. After the scaling no density and no transition exceeds 1, so
+whatever vanished, below 1e-300, could have grown relative to the rest by no more than 1 / Π c: if
+Π c of a sequence stays above 1e-250, it has lost less than one part in 1e40. The rare sequence
+below that (a state that comes back from 1e-400, or a very long sequence) is computed again in
+logarithms, where nothing is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kendon.models.hmm import log_probabilities
+from kendon.person import FloatArray, IntArray
+
+#: Rows of a chunk: its working memory, some 20 MB, is all that EM needs beside the data.
+CHUNK_ROWS = 50_000
+
+#: No label: the row may be in any state.
+FREE = -1
+
+_TINY = 1e-300
+#: log Π c above which nothing that mattered has been lost; see above.
+_SAFE_LOG = float(np.log(1e-250))
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """Some sequences, packed by time; columns are rows of observations."""
+
+    x: FloatArray  # (F, N), less `center`, 0 where unknown
+    known: FloatArray | None  # (F, N), 1 = known, 0 = not; None: all are known
+    labels: IntArray | None  # (N,) state of the row, FREE if any; None: all are free
+    sizes: IntArray  # (T,) how many sequences reach each time step, falling
+    sequences: IntArray  # (S,) which ones they are, longest first
+
+    def blocks(self) -> list[tuple[int, int]]:
+        """The columns of each time step, from (inclusive) and to (exclusive)."""
+        ends = np.cumsum(self.sizes)
+        return list(zip((ends - self.sizes).tolist(), ends.tolist(), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Sequences made ready for EM."""
+
+    chunks: list[Chunk]
+    center: FloatArray  # (F,) mean of the known values: sums of squares about it stay precise
+    count: int  # of sequences
+    rows: int
+
+
+class Posterior(NamedTuple):
+    """What the E-step knows of a chunk."""
+
+    states: FloatArray  # (K, N), P(state_t | o_1..o_T), the gamma of (2.13)
+    moves: FloatArray  # (K, K), expected number of moves from row to column, summed (2.14)
+    log_likelihoods: FloatArray  # (S,), log P(o_1..o_T and the labels), in the chunk's order
+
+
+def pack(
+    sequences: Sequence[FloatArray],
+    labels: Sequence[IntArray] | None = None,
+    chunk_rows: int = CHUNK_ROWS,
+) -> Data:
+    """Sort, centre and pack sequences.
+
+    Args:
+        sequences: (T, F) each, T at least 1, NaN = unknown.
+        labels: (T,) each, the state 0..K-1 or FREE.
+        chunk_rows: about how many rows are worked on at a time.
+    """
+    lengths = np.array([len(sequence) for sequence in sequences])
+    order = np.argsort(-lengths, kind="stable")
+    center = _known_mean(sequences)
+    chunks = []
+    for group in _groups(lengths[order], chunk_rows):
+        chosen = order[group]
+        long = lengths[chosen]
+        begins = np.cumsum(long) - long
+        sizes = np.searchsorted(-long, -np.arange(long[0]), side="left")
+        index = np.concatenate([begins[:size] + t for t, size in enumerate(sizes.tolist())])
+        x = np.concatenate([sequences[s] for s in chosen.tolist()])[index].T - center[:, None]
+        holes = np.isnan(x)
+        marks = None
+        if labels is not None:
+            marks = np.concatenate([labels[s] for s in chosen.tolist()])[index]
+            marks = None if (marks == FREE).all() else marks
+        chunks.append(
+            Chunk(
+                np.ascontiguousarray(np.where(holes, 0.0, x)),
+                1.0 - holes if holes.any() else None,
+                marks,
+                sizes,
+                chosen,
+            )
+        )
+    return Data(chunks, center, len(sequences), int(lengths.sum()))
+
+
+def _known_mean(sequences: Sequence[FloatArray]) -> FloatArray:
+    total = np.zeros(sequences[0].shape[1])
+    count = np.zeros_like(total)
+    for start in range(0, len(sequences), 1000):  # a thousand at a time: no second copy of all
+        X = np.concatenate(sequences[start : start + 1000])
+        total += np.nansum(X, axis=0)
+        count += (~np.isnan(X)).sum(axis=0)
+    return np.asarray(total / np.maximum(count, 1))
+
+
+def _groups(lengths: IntArray, chunk_rows: int) -> Iterator[slice]:
+    """Neighbours in the order of length that have about `chunk_rows` rows together."""
+    group = (np.cumsum(lengths) - lengths) // chunk_rows
+    bounds = [0, *(np.flatnonzero(np.diff(group)) + 1).tolist(), len(lengths)]
+    for begin, end in zip(bounds, bounds[1:], strict=False):
+        yield slice(begin, end)
+
+
+def posterior(
+    startprob: FloatArray, transmat: FloatArray, log_emission: FloatArray, chunk: Chunk
+) -> Posterior:
+    """Posterior probabilities of the states of every row, and the expected moves.
+
+    Args:
+        startprob: (K,).
+        transmat: (K, K), from row to column.
+        log_emission: (K, N), log P(row | state). Labelled rows are restricted here.
+        chunk: how the N rows are packed.
+    """
+    if chunk.labels is not None:
+        other = (chunk.labels != FREE) & (chunk.labels != np.arange(len(startprob))[:, None])
+        log_emission = np.where(other, -np.inf, log_emission)
+    peak = log_emission.max(axis=0)
+    emission = np.exp(log_emission - peak)
+    blocks = chunk.blocks()
+    forward, scale = _forward(startprob, transmat, emission, blocks)
+    scaled = _sum_by_sequence(np.log(scale), blocks)
+    lost = np.flatnonzero(scaled < _SAFE_LOG)
+    if len(lost):
+        columns = np.concatenate([a + lost[lost < b - a] for a, b in blocks])
+        # Out of the way: they would overflow, and are done again below.
+        forward[:, columns], emission[:, columns], scale[columns] = 0.0, 0.0, 1.0
+    moves = _backward(transmat, forward, emission, scale, blocks)
+    log_likelihoods = scaled + _sum_by_sequence(peak, blocks)
+    if len(lost):
+        log_likelihoods[lost] = _in_logarithms(
+            startprob, transmat, log_emission, blocks, lost, emission, moves
+        )
+    return Posterior(emission, moves, log_likelihoods)
+
+
+def _forward(
+    startprob: FloatArray,
+    transmat: FloatArray,
+    emission: FloatArray,
+    blocks: list[tuple[int, int]],
+) -> tuple[FloatArray, FloatArray]:
+    """P(state_t | o_1..o_t), (K, N), and the scale c of every row, (N,)."""
+    forward, scale = np.empty_like(emission), np.empty(emission.shape[1])
+    into = np.ascontiguousarray(transmat.T)
+    before = 0
+    for a, b in blocks:
+        here, total = forward[:, a:b], scale[a:b]
+        if a == 0:
+            np.multiply(startprob[:, None], emission[:, :b], out=here)
+        else:
+            np.matmul(into, forward[:, before : before + b - a], out=here)
+            here *= emission[:, a:b]
+        np.add.reduce(here, axis=0, out=total)
+        np.maximum(total, _TINY, out=total)
+        here /= total
+        before = a
+    return forward, scale
+
+
+def _backward(
+    transmat: FloatArray,
+    forward: FloatArray,
+    emission: FloatArray,
+    scale: FloatArray,
+    blocks: list[tuple[int, int]],
+) -> FloatArray:
+    """The expected moves, (K, K); `emission` becomes P(state_t | o_1..o_T)."""
+    moves = np.zeros_like(transmat)
+    ahead = np.empty((len(transmat), 0))
+    for a, b in reversed(blocks):
+        reach = ahead.shape[1]
+        moves += forward[:, a : a + reach] @ ahead.T
+        backward = np.ones((len(transmat), b - a))  # of the sequences that end here
+        np.matmul(transmat, ahead, out=backward[:, :reach])
+        here = emission[:, a:b]
+        ahead = here * backward
+        ahead /= scale[a:b]
+        np.multiply(forward[:, a:b], backward, out=here)
+    return moves * transmat
+
+
+def _sum_by_sequence(values: FloatArray, blocks: list[tuple[int, int]]) -> FloatArray:
+    total = np.zeros(blocks[0][1])
+    for a, b in blocks:
+        total[: b - a] += values[a:b]
+    return total
+
+
+def _in_logarithms(
+    startprob: FloatArray,
+    transmat: FloatArray,
+    log_emission: FloatArray,
+    blocks: list[tuple[int, int]],
+    chosen: IntArray,
+    states: FloatArray,
+    moves: FloatArray,
+) -> FloatArray:
+    """The posterior of some sequences without any underflow, written into states and moves.
+
+    Args:
+        startprob: (K,).
+        transmat: (K, K).
+        log_emission: (K, N).
+        blocks: of the time steps.
+        chosen: which sequences of the chunk, rising.
+        states: (K, N), where their columns are to be written.
+        moves: (K, K), to which their moves are to be added.
+
+    Returns:
+        Their log-likelihoods; -inf for one that cannot be.
+    """
+    log_moves = log_probabilities(transmat)[:, :, None]
+    columns = [a + chosen[chosen < b - a] for a, b in blocks]
+    columns = [c for c in columns if len(c)]
+    forward = [log_probabilities(startprob)[:, None] + log_emission[:, columns[0]]]
+    for here in columns[1:]:
+        before = forward[-1][:, None, : len(here)]
+        forward.append(_log_sum(before + log_moves, axis=0) + log_emission[:, here])
+    total = np.empty(len(chosen))
+    for step in forward:  # the last step that a sequence has is the one that stays
+        total[: step.shape[1]] = _log_sum(step, axis=0)
+    possible = np.where(np.isfinite(total), total, 0.0)
+    backward = np.zeros((len(startprob), 0))
+    for t in range(len(columns) - 1, -1, -1):
+        reach, size = backward.shape[1], len(columns[t])
+        now = np.zeros((len(startprob), size))
+        if reach:
+            ahead = log_emission[:, columns[t + 1]] + backward
+            now[:, :reach] = _log_sum(log_moves + ahead, axis=1)
+            joint = forward[t][:, None, :reach] + log_moves + ahead - possible[:reach]
+            moves += np.exp(joint).sum(axis=2)
+        states[:, columns[t]] = np.exp(forward[t] + now - possible[:size])
+        backward = now
+    return total
+
+
+def _log_sum(logs: FloatArray, axis: int) -> FloatArray:
+    largest = logs.max(axis=axis, keepdims=True)
+    largest[largest == -np.inf] = 0.0
+    with np.errstate(divide="ignore"):
+        total = np.log(np.exp(logs - largest).sum(axis=axis))
+    return np.asarray(total + largest.squeeze(axis))
