@@ -15,10 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.features import distance, observe
+from kendon.geometry import ORIGIN, Pose2D
 from kendon.person import FloatArray, Track
 from kendon.sources.base import SourceOptions
 from kendon.sources.kinect_skeletons import FILE_JOINTS, read_kinect_skeletons
-from kendon.sources.pairs import split_spec
+from kendon.sources.pairs import Body, greeting, split_spec
 from kendon.sources.thesis_observations import thesis_observations
 from kendon.sources.uol import UolOptions, UolSource, read_uol, read_uol_pairs
 
@@ -381,6 +382,28 @@ def test_joints_at_the_camera_are_unknown(skeletons: Path) -> None:
     head = read_kinect_skeletons(skeletons).people[1][:, FILE_JOINTS.index("Head")]
     assert np.isnan(head[0, :3]).all()
     assert np.isfinite(head[1:, :3]).all()
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-5, 5), st.floats(-5, 5))
+def test_a_greeting_does_not_depend_on_where_the_world_begins(
+    turn: float, x: float, y: float
+) -> None:
+    t = np.arange(9) / RATE
+
+    def body(moved: Pose2D, seed: int) -> Body:
+        rng = np.random.default_rng(seed)
+        head = np.array([moved.to_world(tuple(p)) for p in rng.uniform(-2, 2, (9, 3)).tolist()])
+        heading = rng.uniform(-3, 3, 9) + moved.yaw
+        rotation = Rotation.from_euler("z", moved.yaw) * Rotation.from_quat(rng.normal(size=(9, 4)))
+        joints = {"l_wrist": head + np.array([0, 0, 1])}
+        return Body(head, head[:, :2], heading, joints, rotation.as_quat())
+
+    here, there = (
+        greeting(t, body(pose, 1), body(pose, 2)).track for pose in (ORIGIN, Pose2D(x, y, turn))
+    )
+    assert distance(here.head) == pytest.approx(distance(there.head))
+    assert there.joints["l_wrist"] == pytest.approx(here.joints["l_wrist"])
+    assert observe(there).values == pytest.approx(observe(here).values, abs=1e-6, nan_ok=True)
 
 
 # The thesis's own way (3.5.1), against numbers worked out by hand.

@@ -18,6 +18,8 @@ from kendon.cli.information import (
     sources_command,
     trees_command,
 )
+from kendon.cli.simulate import EPILOG as SIMULATE_EPILOG
+from kendon.cli.simulate import simulate_command
 from kendon.errors import KendonError
 
 app = typer.Typer(
@@ -31,6 +33,7 @@ app = typer.Typer(
 )
 app.command("greet", epilog=GREET_EPILOG)(greet_command)
 app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
+app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
 app.command("sources")(sources_command)
 app.command("models")(models_command)
 app.command("trees")(trees_command)

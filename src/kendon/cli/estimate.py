@@ -103,7 +103,10 @@ def _targets(files: list[str], folder: Path | None) -> list[Path]:
         raise ParameterError(f"--out names a folder, but {folder} is a file")
     targets: dict[Path, str] = {}
     for file in files:
-        target = folder / f"{Path(file).stem.replace(':', '-')}.csv"
+        # skeletons.txt#1-2 names two people of a file; camera:0 is a name, too, not a path.
+        path, _, people = file.partition("#")
+        stem = Path(path).stem.replace(":", "-") + (f"_{people}" if people else "")
+        target = folder / f"{stem}.csv"
         if target in targets:
             raise ParameterError(f"{targets[target]} and {file} would both be written to {target}")
         if target.exists() and Path(file).exists() and target.samefile(file):

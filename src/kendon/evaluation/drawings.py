@@ -17,7 +17,9 @@ from kendon.person import FloatArray, IntArray
 from kendon.phases import Phase
 
 WIDTH = 340
-_LEFT, _RIGHT = 30, 332  # where axes from 0 to the end lie
+_RIGHT = 330  # where axes end
+_LEFT = 10  # where those of bars begin
+_LEFT_OF_STRIPS = 34  # and those of timelines, after a word
 
 
 def _svg(height: float, parts: Sequence[str], what: str) -> str:
@@ -45,15 +47,15 @@ def _rect(
 
 
 def _axis(
-    y: float, low: float, high: float, ticks: Sequence[float], label: str, *, top: float
+    y: float, end: float, ticks: Sequence[float], label: str, *, top: float, left: float = _LEFT
 ) -> list[str]:
-    """A horizontal axis at `y` with grid lines up to `top`, and its label below."""
+    """A horizontal axis at `y` from 0 to `end`, with grid lines up to `top` and a label below."""
     parts = []
     for tick in ticks:
-        x = _LEFT + (tick - low) / (high - low) * (_RIGHT - _LEFT)
+        x = left + tick / end * (_RIGHT - left)
         parts.append(f'<line x1="{x:.1f}" y1="{top:.1f}" x2="{x:.1f}" y2="{y:.1f}" class="grid"/>')
-        parts.append(_text(x, y + 12, f"{tick:g}", anchor="middle", kind="soft"))
-    parts.append(_text((_LEFT + _RIGHT) / 2, y + 25, label, anchor="middle", kind="soft"))
+        parts.append(_text(x, y + 13, f"{tick:g}", anchor="middle", kind="soft"))
+    parts.append(_text((left + _RIGHT) / 2, y + 27, label, anchor="middle", kind="soft"))
     return parts
 
 
@@ -61,41 +63,41 @@ def accuracy_bars(rows: Sequence[tuple[str, Interval]], label: str) -> str:
     """One bar a reader with its 95 % interval, the first reader's strongest."""
     step = 30
     bottom = 8 + step * len(rows)
-    parts = _axis(bottom, 0, 1, (0, 0.2, 0.4, 0.6, 0.8, 1), label, top=4)
+    parts = _axis(bottom, 1, (0, 0.2, 0.4, 0.6, 0.8, 1), label, top=4)
     for place, (name, interval) in enumerate(rows):
         y = 8 + step * place
-        parts.append(_text(_LEFT, y + 8, name))
-        parts.append(_text(_RIGHT, y + 8, _number(interval.value), anchor="end", kind="strong"))
+        parts.append(_text(_LEFT, y + 9, name))
+        parts.append(_text(_RIGHT, y + 9, _number(interval.value), anchor="end", kind="strong"))
         if np.isfinite(interval.value):
             kind = "bar" if place else "bar first"
-            parts.append(_rect(_LEFT, y + 12, _x(interval.value) - _LEFT, 9, kind=kind))
+            parts.append(_rect(_LEFT, y + 13, _x(interval.value) - _LEFT, 9, kind=kind))
         if np.isfinite(interval.low):
-            low, high, middle = _x(interval.low), _x(interval.high), y + 16.5
+            low, high, middle = _x(interval.low), _x(interval.high), y + 17.5
             parts.append(
                 f'<path d="M{low:.1f} {middle - 4}v8M{low:.1f} {middle}H{high:.1f}'
                 f'M{high:.1f} {middle - 4}v8" class="whisker"/>'
             )
-    return _svg(bottom + 30, parts, label)
+    return _svg(bottom + 32, parts, label)
 
 
 def recall_bars(phase: Phase, rows: Sequence[tuple[str, float]], observations: int) -> str:
     """How much of one phase each reader found, in the phase's colour."""
-    step = 26
+    step = 28
     bottom = 26 + step * len(rows)
     plural = "observation" if observations == 1 else "observations"
     label = f"recall [share of {observations} {plural}]"
     parts = [
         _rect(_LEFT, 3, 11, 11, fill=phase.color),
         _text(_LEFT + 17, 13, f"{phase.name}  {phase.title}", kind="strong"),
-        *_axis(bottom, 0, 1, (0, 0.5, 1), label, top=22),
+        *_axis(bottom, 1, (0, 0.5, 1), label, top=22),
     ]
     for place, (name, recall) in enumerate(rows):
         y = 24 + step * place
         parts.append(_text(_LEFT, y + 9, name))
         parts.append(_text(_RIGHT, y + 9, _number(recall), anchor="end"))
         if np.isfinite(recall):
-            parts.append(_rect(_LEFT, y + 12, _x(recall) - _LEFT, 7, fill=phase.color))
-    return _svg(bottom + 30, parts, f"{phase.title}: {label}")
+            parts.append(_rect(_LEFT, y + 13, _x(recall) - _LEFT, 8, fill=phase.color))
+    return _svg(bottom + 32, parts, f"{phase.title}: {label}")
 
 
 def confusion_matrix(counts: IntArray, name: str) -> str:
@@ -151,13 +153,13 @@ def timeline(t: FloatArray, truth: IntArray, read: IntArray, name: str, *, secon
     edges = np.append(t - period, t[-1:]) - began
     step = next(s for s in (1, 2, 5, 10, 20, 60, 300, 3600, 1e9) if seconds / s <= 8)
     ticks = np.arange(0, seconds + 1e-9, step).tolist()
-    parts = _axis(31, 0, seconds, ticks, "time [s]", top=2)
-    scale = (_RIGHT - _LEFT) / seconds
+    parts = _axis(31, seconds, ticks, "time [s]", top=2, left=_LEFT_OF_STRIPS)
+    scale = (_RIGHT - _LEFT_OF_STRIPS) / seconds
     for y, label, numbers in ((2, "true", truth), (17, "read", read)):
-        parts.append(_text(_LEFT - 4, y + 10, label, anchor="end", kind="soft"))
+        parts.append(_text(_LEFT_OF_STRIPS - 5, y + 10, label, anchor="end", kind="soft"))
         for start, stop, number in stretches(numbers):
             begin, end = float(edges[start]), float(edges[stop])
-            x, width = _LEFT + begin * scale, (end - begin) * scale
+            x, width = _LEFT_OF_STRIPS + begin * scale, (end - begin) * scale
             span = f"{begin:.1f}–{end:.1f} s"
             if number > 0:
                 phase = Phase(number)
@@ -166,25 +168,25 @@ def timeline(t: FloatArray, truth: IntArray, read: IntArray, name: str, *, secon
             else:
                 word = "not greeting" if number == 0 else "not labelled"
                 parts.append(_rect(x, y, width, 13, kind="none", title=f"{word} {span}"))
-    return _svg(58, parts, f"{name}: true phases above, read phases below")
+    return _svg(62, parts, f"{name}: true phases above, read phases below")
 
 
 def share_bars(rows: Sequence[tuple[str, FloatArray]], label: str) -> str:
     """One bar a reader, divided among the phases; shares of shape (6,)."""
     step = 30
     bottom = 8 + step * len(rows)
-    parts = _axis(bottom, 0, 1, (0, 0.25, 0.5, 0.75, 1), label, top=4)
+    parts = _axis(bottom, 1, (0, 0.25, 0.5, 0.75, 1), label, top=4)
     for place, (name, shares) in enumerate(rows):
         y = 8 + step * place
-        parts.append(_text(_LEFT, y + 8, name))
+        parts.append(_text(_LEFT, y + 9, name))
         edge = 0.0
         for phase in Phase:
             share = float(shares[phase.index])
             told = f"{phase.name}: {share:.1%} of the time"
             x = _x(edge)
             edge += share
-            parts.append(_rect(x, y + 12, _x(edge) - x, 11, fill=phase.color, title=told))
-    return _svg(bottom + 30, parts, label)
+            parts.append(_rect(x, y + 13, _x(edge) - x, 11, fill=phase.color, title=told))
+    return _svg(bottom + 32, parts, label)
 
 
 def _x(share: float) -> float:

@@ -45,7 +45,9 @@ def sort_material(observed: Iterable[Observations]) -> Material:
     Raises:
         DataError: there is no greeting with true phases.
     """
-    greetings, passersby, unlabelled = [], [], []
+    greetings: list[Observations] = []
+    passersby: list[Observations] = []
+    unlabelled: list[Observations] = []
     for one in observed:
         if one.phases is None or (one.phases < 0).all():
             unlabelled.append(one)
@@ -130,7 +132,7 @@ class Evaluation:
     def record(self) -> dict[str, Any]:
         """Everything as numbers, texts and lists for programs; unknown = None."""
         greetings, passersby, unlabelled = self.material
-        return _plain(
+        record: dict[str, Any] = _plain(
             {
                 "format": FORMAT,
                 "kendon": __version__,
@@ -154,6 +156,7 @@ class Evaluation:
                 "splits": self._splits(),
             }
         )
+        return record
 
     def _reader(self, result: Result) -> dict[str, Any]:
         scores = result.scores

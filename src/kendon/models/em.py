@@ -5,17 +5,17 @@ second rows of those that have one, and so on. Each time step is then one block 
 the loop runs over time steps only, with no padding however different the lengths are. States
 come first, (K, N), so that every operation runs along the sequences.
 
-The recursions run on probabilities, scaled twice: each row's densities by the largest of its
-states, each step's forward probabilities by their sum c. That is exact as long as nothing that
-underflows could have mattered later. After the scaling no density and no transition exceeds 1, so
-whatever vanished, below 1e-300, could have grown relative to the rest by no more than 1 / Π c: if
-Π c of a sequence stays above 1e-250, it has lost less than one part in 1e40. The rare sequence
-below that (a state that comes back from 1e-400, or a very long sequence) is computed again in
-logarithms, where nothing is lost.
+The recursions run on plain probabilities, with each row's densities scaled by the largest of its
+states and nothing else. That is fast, and exact as long as nothing that underflows could have
+mattered later. After the scaling no density and no transition exceeds 1, so whatever vanished,
+below 1e-300, adds no more than that to the sequence's likelihood: if the likelihood stays above
+1e-250, it has lost less than one part in 1e40. A sequence below that (a state that comes back
+from 1e-400, or some hundred rows and more) is computed again in logarithms, where nothing is lost.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -31,16 +31,15 @@ CHUNK_ROWS = 50_000
 #: No label: the row may be in any state.
 FREE = -1
 
-_TINY = 1e-300
-#: log Π c above which nothing that mattered has been lost; see above.
-_SAFE_LOG = float(np.log(1e-250))
+#: The scaled likelihood above which nothing that mattered has been lost; see above.
+_SAFE = 1e-250
 
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
     """Some sequences, packed by time; columns are rows of observations."""
 
-    x: FloatArray  # (F, N), less `center`, 0 where unknown
+    values: FloatArray  # (2 F, N) less `center`, then their squares; 0 where unknown
     known: FloatArray | None  # (F, N), 1 = known, 0 = not; None: all are known
     labels: IntArray | None  # (N,) state of the row, FREE if any; None: all are free
     sizes: IntArray  # (T,) how many sequences reach each time step, falling
@@ -98,9 +97,10 @@ def pack(
         if labels is not None:
             marks = np.concatenate([labels[s] for s in chosen.tolist()])[index]
             marks = None if (marks == FREE).all() else marks
+        x[holes] = 0.0
         chunks.append(
             Chunk(
-                np.ascontiguousarray(np.where(holes, 0.0, x)),
+                np.concatenate([x, x * x]),
                 1.0 - holes if holes.any() else None,
                 marks,
                 sizes,
@@ -128,8 +128,29 @@ def _groups(lengths: IntArray, chunk_rows: int) -> Iterator[slice]:
         yield slice(begin, end)
 
 
+class Workspace:
+    """Arrays that are used again and again.
+
+    Asking the operating system for memory anew in each pass takes longer than the arithmetic.
+    """
+
+    def __init__(self) -> None:
+        self._memory: dict[str, FloatArray] = {}
+
+    def array(self, name: str, *shape: int) -> FloatArray:
+        """An array with anything in it; the memory is that of the last one of this name."""
+        size = math.prod(shape)
+        if name not in self._memory or self._memory[name].size < size:
+            self._memory[name] = np.empty(size)
+        return self._memory[name][:size].reshape(shape)
+
+
 def posterior(
-    startprob: FloatArray, transmat: FloatArray, log_emission: FloatArray, chunk: Chunk
+    startprob: FloatArray,
+    transmat: FloatArray,
+    log_emission: FloatArray,
+    chunk: Chunk,
+    workspace: Workspace | None = None,
 ) -> Posterior:
     """Posterior probabilities of the states of every row, and the expected moves.
 
@@ -138,80 +159,90 @@ def posterior(
         transmat: (K, K), from row to column.
         log_emission: (K, N), log P(row | state). Labelled rows are restricted here.
         chunk: how the N rows are packed.
+        workspace: whose memory is used, for the result as well: valid until the next call.
     """
+    workspace = workspace or Workspace()
     if chunk.labels is not None:
         other = (chunk.labels != FREE) & (chunk.labels != np.arange(len(startprob))[:, None])
         log_emission = np.where(other, -np.inf, log_emission)
-    peak = log_emission.max(axis=0)
-    emission = np.exp(log_emission - peak)
+    states = workspace.array("states", *log_emission.shape)
     blocks = chunk.blocks()
-    forward, scale = _forward(startprob, transmat, emission, blocks)
-    scaled = _sum_by_sequence(np.log(scale), blocks)
-    lost = np.flatnonzero(scaled < _SAFE_LOG)
+    peak = log_emission.max(axis=0)
+    emission = _steps(workspace.array("emission", log_emission.size), blocks)
+    forward = _steps(workspace.array("forward", log_emission.size), blocks)
+    for (a, b), here in zip(blocks, emission, strict=True):
+        np.subtract(log_emission[:, a:b], peak[a:b], out=here)
+        np.exp(here, out=here)
+    likelihood = _forward(startprob, transmat, emission, forward)
+    lost = np.flatnonzero(likelihood < _SAFE)
+    safe = likelihood
     if len(lost):
-        columns = np.concatenate([a + lost[lost < b - a] for a, b in blocks])
-        # Out of the way: they would overflow, and are done again below.
-        forward[:, columns], emission[:, columns], scale[columns] = 0.0, 0.0, 1.0
-    moves = _backward(transmat, forward, emission, scale, blocks)
-    log_likelihoods = scaled + _sum_by_sequence(peak, blocks)
+        for here in forward:  # out of the way: they are done again below
+            here[:, lost[lost < here.shape[1]]] = 0.0
+        safe = np.maximum(likelihood, _SAFE)
+    moves = _backward(transmat, emission, forward, 1 / safe)
+    for (a, b), here in zip(blocks, forward, strict=True):
+        states[:, a:b] = here
+    log_likelihoods = np.log(safe)
+    for a, b in blocks:
+        log_likelihoods[: b - a] += peak[a:b]
     if len(lost):
         log_likelihoods[lost] = _in_logarithms(
-            startprob, transmat, log_emission, blocks, lost, emission, moves
+            startprob, transmat, log_emission, blocks, lost, states, moves
         )
-    return Posterior(emission, moves, log_likelihoods)
+    return Posterior(states, moves, log_likelihoods)
+
+
+def _steps(memory: FloatArray, blocks: list[tuple[int, int]]) -> list[FloatArray]:
+    """Memory as an array (K, n) for each time step, one after the other: each in one piece."""
+    states = len(memory) // blocks[-1][1]
+    return [memory[states * a : states * b].reshape(states, b - a) for a, b in blocks]
 
 
 def _forward(
     startprob: FloatArray,
     transmat: FloatArray,
-    emission: FloatArray,
-    blocks: list[tuple[int, int]],
-) -> tuple[FloatArray, FloatArray]:
-    """P(state_t | o_1..o_t), (K, N), and the scale c of every row, (N,)."""
-    forward, scale = np.empty_like(emission), np.empty(emission.shape[1])
+    emission: list[FloatArray],
+    forward: list[FloatArray],
+) -> FloatArray:
+    """Fill in P(o_1..o_t, state_t) and return P(o_1..o_T), (S,), of scaled densities."""
     into = np.ascontiguousarray(transmat.T)
-    before = 0
-    for a, b in blocks:
-        here, total = forward[:, a:b], scale[a:b]
-        if a == 0:
-            np.multiply(startprob[:, None], emission[:, :b], out=here)
-        else:
-            np.matmul(into, forward[:, before : before + b - a], out=here)
-            here *= emission[:, a:b]
-        np.add.reduce(here, axis=0, out=total)
-        np.maximum(total, _TINY, out=total)
-        here /= total
-        before = a
-    return forward, scale
+    np.multiply(startprob[:, None], emission[0], out=forward[0])
+    for before, here, density in zip(forward, forward[1:], emission[1:], strict=False):
+        np.matmul(into, before[:, : here.shape[1]], out=here)
+        here *= density
+    likelihood = np.empty(forward[0].shape[1])
+    reach = 0
+    for here in reversed(forward):  # the sequences that end here
+        likelihood[reach : here.shape[1]] = here[:, reach:].sum(axis=0)
+        reach = here.shape[1]
+    return likelihood
 
 
 def _backward(
     transmat: FloatArray,
-    forward: FloatArray,
-    emission: FloatArray,
-    scale: FloatArray,
-    blocks: list[tuple[int, int]],
+    emission: list[FloatArray],
+    forward: list[FloatArray],
+    last: FloatArray,
 ) -> FloatArray:
-    """The expected moves, (K, K); `emission` becomes P(state_t | o_1..o_T)."""
+    """The expected moves, (K, K); `forward` becomes P(state_t | o_1..o_T), `emission` is lost.
+
+    The recursion starts from 1 / P(o_1..o_T), `last`, (S,), so that all comes out normalised.
+    """
     moves = np.zeros_like(transmat)
-    ahead = np.empty((len(transmat), 0))
-    for a, b in reversed(blocks):
+    ahead = np.empty((len(transmat), 0))  # P(o_t..o_T | state_t) / P(o_1..o_T)
+    memory = np.empty(emission[0].size)
+    for here, density in zip(reversed(forward), reversed(emission), strict=True):
         reach = ahead.shape[1]
-        moves += forward[:, a : a + reach] @ ahead.T
-        backward = np.ones((len(transmat), b - a))  # of the sequences that end here
-        np.matmul(transmat, ahead, out=backward[:, :reach])
-        here = emission[:, a:b]
-        ahead = here * backward
-        ahead /= scale[a:b]
-        np.multiply(forward[:, a:b], backward, out=here)
+        backward = memory[: here.size].reshape(here.shape)
+        if reach:
+            moves += here[:, :reach] @ ahead.T
+            np.matmul(transmat, ahead, out=backward[:, :reach])
+        backward[:, reach:] = last[reach : here.shape[1]]
+        here *= backward
+        density *= backward
+        ahead = density
     return moves * transmat
-
-
-def _sum_by_sequence(values: FloatArray, blocks: list[tuple[int, int]]) -> FloatArray:
-    total = np.zeros(blocks[0][1])
-    for a, b in blocks:
-        total[: b - a] += values[a:b]
-    return total
 
 
 def _in_logarithms(

@@ -17,51 +17,55 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendon.models.em import Chunk
+from kendon.models.em import Chunk, Workspace
 from kendon.models.emissions import GESTURES_FROM, RANGES, Family
 from kendon.models.prior import Parameters
 from kendon.person import FloatArray
+
 
 @dataclass(frozen=True, eq=False)
 class Evaluated:
     """The densities of a chunk's rows, and what its statistics need of them again."""
 
     log: FloatArray  # (K, N), log P(row | state) over the known features
-    squares: FloatArray  # (F, N), of the centred values
     first: dict[int, FloatArray]  # robust: by feature, (K, N), P(the first part of the mixture)
 
 
-def evaluate(chunk: Chunk, center: FloatArray, parameters: Parameters) -> Evaluated:
+def evaluate(
+    chunk: Chunk, center: FloatArray, parameters: Parameters, workspace: Workspace | None = None
+) -> Evaluated:
     """The densities of every row in every state.
 
     Args:
         chunk: N rows.
         center: (F,), what was taken off the rows.
         parameters: of the states.
+        workspace: whose memory is used, for the result as well: valid until the next call.
     """
     if parameters.family is Family.ROBUST:
         return _evaluate_robust(chunk, center, parameters)
-    squares = np.square(chunk.x)
+    workspace = workspace or Workspace()
     means, precisions = parameters.means - center, 1 / parameters.variances
     constants = -0.5 * (np.log(2 * math.pi * parameters.variances) + means * means * precisions)
-    # (x - m)^2 / v, multiplied out: two matrix products instead of K F passes over the rows.
-    log = (means * precisions) @ chunk.x
-    log += (-0.5 * precisions) @ squares
+    # (x - m)^2 / v, multiplied out: a matrix product instead of K F passes over the rows.
+    weights = np.concatenate([means * precisions, -0.5 * precisions], axis=1)
+    log = workspace.array("log", len(means), chunk.values.shape[1])
+    np.matmul(weights, chunk.values, out=log)
     if chunk.known is None:
         log += constants.sum(axis=1, keepdims=True)
     else:
         log += constants @ chunk.known
-    return Evaluated(log, squares, {})
+    return Evaluated(log, {})
 
 
 def _evaluate_robust(chunk: Chunk, center: FloatArray, parameters: Parameters) -> Evaluated:
-    log = np.zeros((len(parameters.means), chunk.x.shape[1]))
+    log = np.zeros((len(parameters.means), chunk.values.shape[1]))
     first: dict[int, FloatArray] = {}
     share = parameters.outliers
     for f in range(len(center)):
         mean, variance = parameters.means[:, f, None], parameters.variances[:, f, None]
         if f < GESTURES_FROM:
-            exponent = chunk.x[f] - (mean - center[f])
+            exponent = chunk.values[f] - (mean - center[f])
             exponent *= exponent
             exponent *= -0.5 / variance
             height = (1 - share) / np.sqrt(2 * math.pi * variance)
@@ -73,7 +77,7 @@ def _evaluate_robust(chunk: Chunk, center: FloatArray, parameters: Parameters) -
             else:
                 term = exponent + np.log(height)
         else:
-            value = chunk.x[f] + center[f]
+            value = chunk.values[f] + center[f]
             part = mean * value
             density = part + (1 - mean) * (1 - value)
             part /= density
@@ -81,7 +85,7 @@ def _evaluate_robust(chunk: Chunk, center: FloatArray, parameters: Parameters) -
         if chunk.known is not None:
             term *= chunk.known[f]
         log += term
-    return Evaluated(log, np.square(chunk.x), first)
+    return Evaluated(log, first)
 
 
 def statistics(chunk: Chunk, evaluated: Evaluated, states: FloatArray) -> FloatArray:
@@ -95,21 +99,22 @@ def statistics(chunk: Chunk, evaluated: Evaluated, states: FloatArray) -> FloatA
         evaluated: their densities.
         states: (K, N), posterior probabilities.
     """
-    result = np.zeros((len(states), len(chunk.x), 3))
+    features = len(chunk.values) // 2
+    result = np.empty((len(states), features, 3))
     if chunk.known is None:
         result[:, :, 0] = states.sum(axis=1, keepdims=True)
     else:
         result[:, :, 0] = states @ chunk.known.T
-    result[:, :, 1] = states @ chunk.x.T
-    result[:, :, 2] = states @ evaluated.squares.T
+    sums = states @ chunk.values.T
+    result[:, :, 1], result[:, :, 2] = sums[:, :features], sums[:, features:]
     for f, first in evaluated.first.items():
         weights = states * first
         if chunk.known is not None:
             weights *= chunk.known[f]
         if f < GESTURES_FROM:
             result[:, f, 0] = weights.sum(axis=1)
-            result[:, f, 1] = weights @ chunk.x[f]
-            result[:, f, 2] = weights @ evaluated.squares[f]
+            result[:, f, 1] = weights @ chunk.values[f]
+            result[:, f, 2] = weights @ chunk.values[features + f]
         else:
             result[:, f, 1] = weights.sum(axis=1)
             result[:, f, 2] = 0.0

@@ -1,5 +1,6 @@
 """Where people come from: files, devices and the simulation, each a thin adapter."""
 
+from kendon.sources.avdiar import AvdiarSource, read_avdiar_pairs
 from kendon.sources.base import (
     CameraMount,
     Source,
@@ -8,23 +9,31 @@ from kendon.sources.base import (
     open_source,
     registered_sources,
 )
+from kendon.sources.isr_uol import IsrUolSource, read_isr_uol_pairs
 from kendon.sources.openface import OpenFaceSource, read_openface
 from kendon.sources.recording import RecordedSource, TrackSource
 from kendon.sources.simulated import SimulatedSource
+from kendon.sources.uol import UolSource, read_uol_pairs
 from kendon.sources.video import CameraSource, VideoSource
 
 __all__ = [
+    "AvdiarSource",
     "CameraMount",
     "CameraSource",
+    "IsrUolSource",
     "OpenFaceSource",
     "RecordedSource",
     "SimulatedSource",
     "Source",
     "SourceOptions",
     "TrackSource",
+    "UolSource",
     "VideoSource",
     "find_source",
     "open_source",
+    "read_avdiar_pairs",
+    "read_isr_uol_pairs",
     "read_openface",
+    "read_uol_pairs",
     "registered_sources",
 ]

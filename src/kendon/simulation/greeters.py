@@ -1,0 +1,275 @@
+"""People who greet, drawn at random: to train models on, and to try them on.
+
+Durations, distances, speeds, orders and odds are those that Kendon and the thesis report (2.1,
+3.4, 3.5.2); where they are silent, the numbers are ours and say so. A person comes straight to a
+robot that stands still: sights it, perhaps salutes, walks up, stops and salutes again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendon.person import FloatArray, IntArray, Track
+from kendon.phases import Phase
+
+#: Frames a second.
+RATE = 30.0
+#: Where the robot's face is that people look at [m].
+_ROBOT_FACE = np.array([0.0, 0.0, 1.2])
+
+
+@dataclass(frozen=True)
+class Greeter:
+    """Everything that chance decides about one greeting; times from its beginning [s]."""
+
+    start: float  # [m]
+    bearing: float  # [rad], direction in which the person stands at the start
+    aside: float  # [m], by which the way misses the robot's centre
+    height: float  # [m], of the face
+    speed: float  # [m/s]
+    acceleration: float  # [m/s^2], setting off and stopping
+    stop: float  # [m] from the robot
+    sighting: float  # how long they stand before they set off
+    pause_at: float  # [m] from the robot; NaN = they walk through
+    pause: float  # how long they hesitate there
+    final: float  # [m] from the robot, where the final approach begins
+    wave_at: float  # when the distance salutation begins; NaN = there is none
+    wave: float  # how long it lasts
+    dip_after: float  # from the salutation to the head dip; NaN = there is none
+    dip: float  # how long that lasts
+    closing: float  # from coming to a stop to the close salutation
+    close: float  # how long that lasts
+    stares: bool  # looks at the robot all the way
+    aversion: float  # [rad], how far the look is averted
+    downward: bool  # averted to the ground, not to the side
+    calm_smile: float  # [0-5], the face between salutations
+    smile: float  # [0-5], the face in salutations
+
+
+def draw_greeter(rng: np.random.Generator) -> Greeter:
+    """Draw the facts of one greeting."""
+    # Rooms as in the thesis's videos (2 to 4 m), larger rooms, and Kendon's garden.
+    low, high = ((2.0, 4.0), (4.0, 7.0), (7.0, 12.0))[rng.choice(3, p=(0.25, 0.4, 0.35))]
+    start = float(rng.uniform(low, high))
+    stop = float(np.clip(rng.normal(1.1, 0.2), 0.6, min(1.6, start - 0.4)))
+    speed = float(np.clip(rng.normal(1.2, 0.2), 0.7, 1.9))  # 3.4: medium to slow
+    acceleration = float(rng.uniform(1.0, 3.0))  # ours
+    sighting = float(np.clip(rng.gamma(4, 0.2), 0.3, 2.0))  # 3.4: 0.5 s; people hold it longer
+    final = float(rng.normal(3.0, 0.1))  # 2.1.5: less than 3 m
+    pauses = rng.random() < 0.1 and start > 4.5  # ours: some hesitate on the way
+    pause_at = float(rng.uniform(3.5, start - 0.5)) if pauses else math.nan
+    pause = float(rng.uniform(0.4, 1.5))
+
+    walk = _Walk(start, stop, speed, acceleration, sighting, pause_at, pause)
+    arrival, border = walk.arrival, walk.time_at(final)
+    # 2.1.2, 3.4: ten in a hundred salute before they set off, twenty in the final approach, the
+    # others on the way; in the videos 18 of 33 salute at all (table 3.2).
+    wave = float(np.clip(rng.lognormal(math.log(1.0), 0.4), 0.3, 2.2))
+    wave_at = math.nan
+    if rng.random() < 0.6:
+        when = rng.choice(3, p=(0.1, 0.7, 0.2))
+        if when == 0:
+            wave_at = sighting * rng.uniform(0.4, 0.9)
+        elif when == 1 and border - sighting > 0.8:
+            wave_at = rng.uniform(sighting + 0.3, border - 0.2)
+        else:
+            wave_at = rng.uniform(max(border, sighting + 0.3), max(border, arrival - 0.5))
+    # 2.1.3: half of the salutations early in the approach are followed by a dip, late ones never.
+    dips = wave_at + wave < border and rng.random() < 0.5
+    return Greeter(
+        start=start,
+        bearing=float(rng.uniform(-1.0, 1.0)),
+        aside=float(rng.normal(0, 0.1)),
+        height=float(np.clip(rng.normal(1.55, 0.1), 1.2, 1.9)),
+        speed=speed,
+        acceleration=acceleration,
+        stop=stop,
+        sighting=sighting,
+        pause_at=pause_at,
+        pause=pause,
+        final=final,
+        wave_at=float(wave_at),
+        wave=wave,
+        dip_after=float(rng.uniform(0.0, 0.3)) if dips else math.nan,
+        dip=float(rng.uniform(0.3, 0.9)),  # 3.4: 0.3 s; longer in recordings
+        closing=float(np.clip(rng.gamma(2, 0.15), 0.0, 1.2)),
+        close=float(rng.uniform(1.0, 3.0)),
+        stares=bool(rng.random() < 0.35),
+        aversion=float(rng.uniform(0.45, 1.0)),
+        downward=bool(rng.random() < 0.5),
+        calm_smile=float(np.clip(rng.normal(0.9, 0.25), 0.2, 1.6)),
+        # 3.4: 8 of 70 do not smile in the final approach.
+        smile=float(np.clip(rng.normal(2.1, 0.35), 1.0, 4.0)) if rng.random() > 8 / 70 else 1.0,
+    )
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """The way from the start to the stop: standing, walking, perhaps pausing, standing."""
+
+    start: float
+    stop: float
+    speed: float
+    acceleration: float
+    sighting: float
+    pause_at: float
+    pause: float
+
+    @property
+    def _legs(self) -> list[tuple[float, float]]:
+        """Time at which each leg begins and its length."""
+        if math.isnan(self.pause_at):
+            return [(self.sighting, self.start - self.stop)]
+        first = self.start - self.pause_at
+        second = self.sighting + self._seconds(first) + self.pause
+        return [(self.sighting, first), (second, self.pause_at - self.stop)]
+
+    def _seconds(self, length: float) -> float:
+        """How long a leg takes that begins and ends at rest."""
+        ramp = min(self.speed / self.acceleration, math.sqrt(length / self.acceleration))
+        top = ramp * self.acceleration
+        return 2 * ramp + (length - top * ramp) / top
+
+    @property
+    def arrival(self) -> float:
+        """When the person stands before the robot."""
+        begin, length = self._legs[-1]
+        return begin + self._seconds(length)
+
+    def distance(self, t: FloatArray) -> FloatArray:
+        """How far from the robot the person is at times t."""
+        gone = np.zeros_like(t)
+        for begin, length in self._legs:
+            whole = self._seconds(length)
+            ramp = min(self.speed / self.acceleration, whole / 2)
+            since = np.clip(t - begin, 0, whole)
+            early, late = np.minimum(since, ramp), np.maximum(since - (whole - ramp), 0)
+            cruise = np.clip(since - ramp, 0, whole - 2 * ramp)
+            top = ramp * self.acceleration
+            gone += self.acceleration * early**2 / 2 + top * cruise
+            gone += top * late - self.acceleration * late**2 / 2
+        return self.start - gone
+
+    def time_at(self, distance: float) -> float:
+        """When the person comes that near; when they set off if they start nearer."""
+        t = np.arange(self.sighting, self.arrival + 0.02, 0.02)
+        return float(t[np.argmax(self.distance(t) <= distance)])
+
+
+def perform(greeter: Greeter, rng: np.random.Generator, name: str = "") -> Track:
+    """The track of a drawn greeting before a robot that stands at the origin, with true phases.
+
+    The gestures are given by hand: the thesis's keys, pressed by the true phases (3.3.5).
+    """
+    g = greeter
+    walk = _Walk(g.start, g.stop, g.speed, g.acceleration, g.sighting, g.pause_at, g.pause)
+    closes = walk.arrival + g.closing
+    t = np.arange(0.0, closes + g.close, 1 / RATE)
+    way = walk.distance(t)
+    phases = _phases(g, t, way, closes)
+    moving = np.gradient(way, t) < -0.2
+    steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)  # 1.8 steps a second, ours
+    sway = np.where(moving, 1.0, 0.2)
+    along = way + 0.015 * sway * np.sin(steps)
+    across = g.aside * way / g.start + 0.02 * sway * np.sin(steps / 2)
+    c, s = math.cos(g.bearing), math.sin(g.bearing)
+    head = np.stack(
+        [c * along - s * across, s * along + c * across, g.height + 0.02 * sway * np.cos(steps)],
+        axis=1,
+    )
+    track = Track.build(
+        t,
+        head,
+        head_rotation=_look(g, t, phases, head, rng),
+        smile=_smile(g, t, phases, rng),
+        phases=phases,
+        name=name,
+    )
+    return track.with_gestures_from_phases()
+
+
+def _phases(g: Greeter, t: FloatArray, way: FloatArray, closes: float) -> IntArray:
+    phases = np.where(way < g.final, Phase.FA, Phase.APP)
+    phases[t < g.sighting] = Phase.IA
+    phases[(t >= g.wave_at) & (t < g.wave_at + g.wave)] = Phase.DS
+    dip = g.wave_at + g.wave + g.dip_after
+    phases[(t >= dip) & (t < dip + g.dip)] = Phase.HD
+    phases[t >= closes] = Phase.CS
+    return phases.astype(np.int64)
+
+
+def _look(
+    g: Greeter, t: FloatArray, phases: IntArray, head: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Where the head points: at the robot's face in salutations, away on the way (2.1.4)."""
+    away = np.zeros(len(t))
+    down = np.zeros(len(t))
+    averted = (phases == Phase.APP) & (not g.stares)
+    # 2.1.1: the first half of the sighting is often without a direct look.
+    averted |= (t < g.sighting / 2) & (not g.stares)
+    (down if g.downward else away)[averted] = g.aversion * (1 if rng.random() < 0.5 else -1)
+    if g.downward:
+        down = np.abs(down)
+    down[phases == Phase.HD] = rng.uniform(0.6, 1.1)
+    # People seldom point their noses exactly at whom they look at.
+    away += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
+    down += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
+    away, down = _smooth(away, 0.12), _smooth(down, 0.12)
+    to_face = _ROBOT_FACE - head
+    yaw = np.arctan2(to_face[:, 1], to_face[:, 0]) + away
+    pitch = np.arctan2(-to_face[:, 2], np.hypot(to_face[:, 0], to_face[:, 1])) + down
+    sy, cy, sp, cp = np.sin(yaw / 2), np.cos(yaw / 2), np.sin(pitch / 2), np.cos(pitch / 2)
+    return np.stack([-sy * sp, cy * sp, sy * cp, cy * cp], axis=1)
+
+
+def _smile(g: Greeter, t: FloatArray, phases: IntArray, rng: np.random.Generator) -> FloatArray:
+    """A smile in salutations and in the final approach, fading between (2.1.2, 2.1.4, 2.1.5)."""
+    smiling = np.isin(phases, (Phase.DS, Phase.FA, Phase.CS))
+    level = np.where(smiling, max(g.smile, g.calm_smile), g.calm_smile)
+    return np.clip(_smooth(level, 0.2) + _wander(t, 0.05, rng), 0, 5)
+
+
+def _wander(t: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
+    """A slow, smooth coming and going of a given size."""
+    turns, starts = rng.uniform(2, 9, 3), rng.uniform(0, 2 * math.pi, 3)  # [rad/s], [rad]
+    waves = np.sin(t[:, None] * turns + starts).sum(axis=1)
+    return np.asarray(size * waves / math.sqrt(1.5))
+
+
+def _smooth(values: FloatArray, seconds: float) -> FloatArray:
+    """Follow with a delay: the mean over the last stretch of `2 * seconds`."""
+    n = max(1, round(2 * seconds * RATE))
+    sums = np.cumsum(np.concatenate([np.full(n, values[0]), values]))
+    return np.asarray((sums[n:] - sums[:-n]) / n)
+
+
+def draw_passerby(rng: np.random.Generator, name: str = "") -> Track:
+    """Somebody who walks past, greets nobody, and looks where they go; phases all 0."""
+    speed = float(np.clip(rng.normal(1.3, 0.25), 0.6, 2.0))
+    nearest = float(rng.uniform(0.8, 3.5)) * (1 if rng.random() < 0.5 else -1)
+    course = float(rng.uniform(-math.pi, math.pi))
+    half = float(rng.uniform(2.0, 5.0))
+    t = np.arange(0.0, 2 * half / speed, 1 / RATE)
+    along = speed * t - half
+    steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)
+    across = nearest + 0.02 * np.sin(steps / 2)
+    c, s = math.cos(course), math.sin(course)
+    ahead = abs(nearest) + rng.uniform(0.5, 3.0)  # the way passes in front of the robot
+    head = np.stack(
+        [
+            ahead + c * along - s * across,
+            s * along + c * across,
+            rng.normal(1.55, 0.1) + 0.02 * np.cos(steps),
+        ],
+        axis=1,
+    )
+    yaw = course + rng.normal(0, 0.1) + _wander(t, 0.1, rng)
+    look = np.stack([0 * t, 0 * t, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
+    smile = np.clip(rng.normal(0.8, 0.2) + _wander(t, 0.05, rng), 0, 5)
+    track = Track.build(
+        t, head, head_rotation=look, smile=smile, phases=np.zeros(len(t), dtype=np.int64), name=name
+    )
+    return track.with_gestures_from_phases()

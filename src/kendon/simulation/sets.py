@@ -1,0 +1,99 @@
+"""Many simulated greeters at once, as sets of observations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+import numpy as np
+
+from kendon.errors import ParameterError
+from kendon.features import observe
+from kendon.observations import Observations
+from kendon.simulation.greeters import draw_greeter, draw_passerby, perform
+from kendon.simulation.sensors import SENSORS, Sensor, draw_sensor
+
+#: So many greetings go through one call of a worker.
+_BATCH = 100
+
+
+class Seeing(StrEnum):
+    """Through what sensors the people of a set are seen."""
+
+    CLEAN = "clean"  # as they are
+    NOISY = "noisy"  # through one bad sensor
+    VARIED = "varied"  # some as they are, some through a sensor drawn for each
+
+
+#: The share of a varied set that is seen through a drawn sensor.
+SENSED_SHARE = 0.3
+
+
+def simulate(
+    n: int,
+    seed: int = 0,
+    *,
+    seeing: Seeing = Seeing.CLEAN,
+    passersby: float = 0.0,
+    jobs: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> list[Observations]:
+    """Draw people and observe them.
+
+    The same seed gives the same people, in whatever number of jobs and however many follow.
+
+    Args:
+        n: how many.
+        seed: of chance, not negative.
+        seeing: through what sensors.
+        passersby: the share of people who only walk past (true phases 0).
+        jobs: processes at work; -1 for one on each core.
+        progress: called with the number of people done after each batch.
+
+    Returns:
+        One entry a person, named ``greeting_00000`` or ``passerby_00000`` and on.
+
+    Raises:
+        ParameterError: n, seed or the share is out of range.
+    """
+    if n < 1 or seed < 0:
+        raise ParameterError(
+            f"simulate at least one person, with a seed from 0 on: not {n}, {seed}"
+        )
+    if not 0 <= passersby <= 1:
+        raise ParameterError(f"the share of passers-by lies between 0 and 1, not {passersby}")
+    starts = range(0, n, _BATCH)
+    done: list[Observations] = []
+    if jobs == 1:
+        batches = (_batch(s, min(s + _BATCH, n), seed, seeing, passersby) for s in starts)
+    else:
+        from joblib import Parallel, delayed  # half a second: not for those who need none
+
+        batches = Parallel(n_jobs=jobs, return_as="generator")(
+            delayed(_batch)(s, min(s + _BATCH, n), seed, seeing, passersby) for s in starts
+        )
+    for batch in batches:
+        done += batch
+        if progress:
+            progress(len(done))
+    return done
+
+
+def _batch(
+    start: int, stop: int, seed: int, seeing: Seeing, passersby: float
+) -> list[Observations]:
+    return [_person(number, seed, seeing, passersby) for number in range(start, stop)]
+
+
+def _person(number: int, seed: int, seeing: Seeing, passersby: float) -> Observations:
+    rng = np.random.default_rng([seed, number])
+    if rng.random() < passersby:
+        track = draw_passerby(rng, f"passerby_{number:05d}")
+    else:
+        track = perform(draw_greeter(rng), rng, f"greeting_{number:05d}")
+    sensor: Sensor | None = None
+    if seeing is Seeing.NOISY:
+        sensor = SENSORS["noisy"]
+    elif seeing is Seeing.VARIED and rng.random() < SENSED_SHARE:
+        sensor = draw_sensor(rng)
+    return observe(sensor.see(track, rng) if sensor else track)
