@@ -249,19 +249,17 @@ def _smooth(values: FloatArray, seconds: float) -> FloatArray:
 def draw_passerby(rng: np.random.Generator, name: str = "") -> Track:
     """Somebody who walks past, greets nobody, and looks where they go; phases all 0."""
     speed = float(np.clip(rng.normal(1.3, 0.25), 0.6, 2.0))
-    nearest = float(rng.uniform(0.8, 3.5)) * (1 if rng.random() < 0.5 else -1)
-    course = float(rng.uniform(-math.pi, math.pi))
+    nearest = float(rng.uniform(0.8, 3.5))
+    bearing = float(rng.uniform(-1.0, 1.0))  # of the nearest point of the way
+    course = bearing + math.pi / 2 * (1 if rng.random() < 0.5 else -1)
     half = float(rng.uniform(2.0, 5.0))
     t = np.arange(0.0, 2 * half / speed, 1 / RATE)
-    along = speed * t - half
     steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)
-    across = nearest + 0.02 * np.sin(steps / 2)
-    c, s = math.cos(course), math.sin(course)
-    ahead = abs(nearest) + rng.uniform(0.5, 3.0)  # the way passes in front of the robot
+    along, away = speed * t - half, nearest + 0.02 * np.sin(steps / 2)
     head = np.stack(
         [
-            ahead + c * along - s * across,
-            s * along + c * across,
+            away * math.cos(bearing) + along * math.cos(course),
+            away * math.sin(bearing) + along * math.sin(course),
             rng.normal(1.55, 0.1) + 0.02 * np.cos(steps),
         ],
         axis=1,
