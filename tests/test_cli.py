@@ -157,7 +157,7 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
     [
         (["greet", "nobody.csv"], ["nobody.csv", "no such file"]),
         (["greet", "simulated:tango"], ["tango", "late-wave"]),
-        (["greet", "--model", "kendom"], ["kendom", "Did you mean 'kendon'"]),
+        (["greet", "--model", "kendom"], ["kendom", "did you mean 'kendon'"]),
         (["greet", "--model", "none.toml"], ["none.toml", "no such model file"]),
         (["greet", "--tree", "none.xml"], ["none.xml"]),
         (["greet", "--speed", "-1"], ["--speed", "-1"]),

@@ -64,9 +64,9 @@ class UnknownNameError(KendonError, LookupError):
         self.name = name
         self.valid = tuple(str(v) for v in valid)
         near = difflib.get_close_matches(str(name), self.valid, n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
+        hint = f"; did you mean {near[0]!r}?" if near else ""
         choices = ", ".join(self.valid) or "none"
-        super().__init__(f"there is no {kind} {str(name)!r}; valid: {choices}.{hint}")
+        super().__init__(f"there is no {kind} {str(name)!r}; valid: {choices}{hint}")
 
 
 class MissingExtraError(KendonError, ImportError):

@@ -154,8 +154,7 @@ class Greeter:
             self.robot.stop()
 
     def _take_in(self, frame: PersonFrame) -> None:
-        frame = frame.seen_from(self.robot.pose)
-        for observation in self._sampler.push(frame):
+        for observation in self._sampler.push(frame.seen_from(self.robot.pose, joints=False)):
             self._observe(observation)
         if frame.seen:
             self._seen, self._seen_at = frame, frame.t

@@ -61,8 +61,13 @@ class PersonFrame:
         """Whether the face's place on the ground is known."""
         return math.isfinite(self.head[0]) and math.isfinite(self.head[1])
 
-    def seen_from(self, robot: Pose2D) -> PersonFrame:
-        """The same person at the same instant, seen from a robot that stands at `robot`."""
+    def seen_from(self, robot: Pose2D, *, joints: bool = True) -> PersonFrame:
+        """The same person at the same instant, seen from a robot that stands at `robot`.
+
+        Args:
+            robot: its pose in the world.
+            joints: whether they are wanted; for observations they need not be moved.
+        """
         if robot == self.robot:
             return self
         # One planar motion for all points; this runs for every frame of a flow.
@@ -88,7 +93,9 @@ class PersonFrame:
             {
                 name: (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
                 for name, (x, y, z) in self.joints.items()
-            },
+            }
+            if joints
+            else {},
             self.smile,
             self.dsal,
             self.csal,
@@ -205,28 +212,26 @@ class Track:
         return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
 
     def __iter__(self) -> Iterator[PersonFrame]:
+        # Column by column, since this runs for every frame of a flow.
         has_eyes: Any = np.isfinite(self.eyes).any(axis=(1, 2)).tolist()
-        eyes: list[Any] = self.eyes.tolist()
-        gaze: list[Any] = self.eye_gaze.tolist()
-        head, rotation = self.head.tolist(), self.head_rotation.tolist()
-        smile, gestures, robot = self.smile.tolist(), self.gestures.tolist(), self.robot.tolist()
         names = tuple(self.joints)
-        places = [[tuple(p) for p in points.tolist()] for points in self.joints.values()]
-        joints = zip(*places, strict=True) if names else itertools.repeat(())
-        for i, (t, joint_places) in enumerate(zip(self.t.tolist(), joints, strict=False)):
-            yield PersonFrame(
-                t,
-                tuple(head[i]),
-                tuple(rotation[i]),
-                (tuple(eyes[i][0]), tuple(eyes[i][1])) if has_eyes[i] else None,
-                (tuple(gaze[i][0]), tuple(gaze[i][1])) if has_eyes[i] else None,
-                dict(zip(names, joint_places, strict=True)),
-                smile[i],
-                gestures[i][0],
-                gestures[i][1],
-                gestures[i][2],
-                Pose2D(*robot[i]),
-            )
+        columns = [map(tuple, points.tolist()) for points in self.joints.values()]
+        places: Iterable[tuple[Any, ...]] = (
+            zip(*columns, strict=True) if names else itertools.repeat(())
+        )
+        rows: Iterator[tuple[Any, ...]] = zip(
+            self.t.tolist(),
+            map(tuple, self.head.tolist()),
+            map(tuple, self.head_rotation.tolist()),
+            _pairs(self.eyes, has_eyes),
+            _pairs(self.eye_gaze, has_eyes),
+            (dict(zip(names, place, strict=True)) for place in places),
+            self.smile.tolist(),
+            *self.gestures.T.tolist(),
+            (Pose2D(*pose) for pose in self.robot.tolist()),
+            strict=False,  # the joints of a track without any never end
+        )
+        return itertools.starmap(PersonFrame, rows)
 
     def with_gestures_from_phases(self) -> Track:
         """The track as if a person had pressed the thesis's keys (3.3.5) during each phase.
@@ -244,3 +249,13 @@ class Track:
         ).astype(float)
         labelled = (self.phases >= 0)[:, None]
         return replace(self, gestures=np.where(labelled, keys, self.gestures))
+
+
+def _pairs(points: FloatArray, known: list[bool]) -> Iterator[Any]:
+    """The rows of (T, 2, 3) as pairs of points, None where they are not known."""
+    if not any(known):
+        return itertools.repeat(None, len(known))
+    return (
+        (tuple(left), tuple(right)) if there else None
+        for (left, right), there in zip(points.tolist(), known, strict=True)
+    )

@@ -9,7 +9,7 @@ import csv
 import io
 import math
 import os
-import tempfile
+import uuid
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -202,15 +202,15 @@ def write_text(path: str | Path, text: str) -> None:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # A neighbour that is renamed at the end: a reader never sees half a file.
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        # A neighbour that is renamed at the end: a reader never sees half a file. Made by `open`,
+        # unlike those of tempfile, it gets the permissions that the user's umask leaves.
+        temporary = path.with_name(f".{uuid.uuid4().hex}.tmp")
         try:
-            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
+            with temporary.open("x", newline="", encoding="utf-8") as file:
                 file.write(text)
-            os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
         except BaseException:
-            Path(temporary).unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
@@ -218,9 +218,3 @@ def write_text(path: str | Path, text: str) -> None:
 
 def _number(value: float) -> str:
     return f"{value:.6g}" if abs(value) < 1 else f"{value:.6f}".rstrip("0").rstrip(".")
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

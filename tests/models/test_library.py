@@ -127,7 +127,7 @@ def test_published_models_are_read_once_and_cannot_be_changed() -> None:
 
 
 def test_a_near_miss_is_asked_back() -> None:
-    with pytest.raises(UnknownNameError, match=r"Did you mean 'kendon'\?"):
+    with pytest.raises(UnknownNameError, match=r"did you mean 'kendon'\?"):
         load_model("Kendon")
 
 

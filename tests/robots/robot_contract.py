@@ -167,7 +167,7 @@ class RobotContract:
         assert [c.issued for c in robot.log] == sorted(c.issued for c in robot.log)
 
     def test_unknown_names_are_answered_with_the_valid_ones(self, robot: Robot) -> None:
-        with pytest.raises(UnknownNameError, match=r"'wawe'.*wave.*Did you mean 'wave'"):
+        with pytest.raises(UnknownNameError, match=r"'wawe'.*wave.*did you mean 'wave'"):
             robot.gesture("wawe")
         with pytest.raises(UnknownNameError, match=r"expression 'smirk'.*neutral, smile"):
             robot.express("smirk")

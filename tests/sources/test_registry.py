@@ -100,7 +100,7 @@ def test_a_folder(tmp_path: Path) -> None:
 def test_an_unknown_source_is_answered_with_the_known_ones(track_file: Path) -> None:
     with pytest.raises(UnknownNameError, match=r"there is no source 'kinect'; valid: .*track"):
         open_source(track_file, name="kinect")
-    with pytest.raises(UnknownNameError, match="Did you mean 'track'"):
+    with pytest.raises(UnknownNameError, match="did you mean 'track'"):
         open_source(track_file, name="trak")
 
 

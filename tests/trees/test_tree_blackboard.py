@@ -159,7 +159,7 @@ def test_a_port_of_an_unknown_type_is_refused() -> None:
 
 
 def test_an_unknown_node_type_lists_the_valid_ones() -> None:
-    with pytest.raises(UnknownNameError, match="Did you mean 'Speak'"):
+    with pytest.raises(UnknownNameError, match="did you mean 'Speak'"):
         node_type("Speek")
 
 

@@ -173,7 +173,7 @@ BAD = {
     "unknown node": (
         xml("<Sequence>\n<Spek utterance='Hi'/></Sequence>"),
         "f.xml line 2, tree 'Main', node Spek: there is no tree node 'Spek'; valid: AlwaysFailure,"
-        r" .* Did you mean 'Speak'\?",
+        r" .* did you mean 'Speak'\?",
     ),
     "missing port": (
         xml("<Speak name='hello'/>"),
@@ -183,7 +183,7 @@ BAD = {
     "unknown port": (
         xml("<Speak utterance='Hi' langage='en'/>"),
         "there is no port 'langage'; valid: utterance, language, voice, action_name."
-        r" Did you mean 'language'\?",
+        r" did you mean 'language'\?",
     ),
     "children of a switch": (
         xml(f"<Switch2 {CASES}><AlwaysSuccess/><AlwaysSuccess/></Switch2>"),
@@ -205,7 +205,7 @@ BAD = {
     "missing main": (
         '<root BTCPP_format="4" main_tree_to_execute="Mian"><BehaviorTree ID="Main">'
         "<AlwaysSuccess/></BehaviorTree></root>",
-        r"the main tree does not exist: there is no tree 'Mian'; valid: Main. Did you mean 'Main'",
+        r"the main tree does not exist: there is no tree 'Mian'; valid: Main; did you mean 'Main'",
     ),
     "no main said": (
         '<root BTCPP_format="4"><BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>'

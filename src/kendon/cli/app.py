@@ -10,6 +10,8 @@ import typer
 from kendon._version import __version__
 from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
+from kendon.cli.evaluate import EPILOG as EVALUATE_EPILOG
+from kendon.cli.evaluate import evaluate_command
 from kendon.cli.greet import EPILOG as GREET_EPILOG
 from kendon.cli.greet import greet_command
 from kendon.cli.information import (
@@ -33,6 +35,7 @@ app = typer.Typer(
 )
 app.command("greet", epilog=GREET_EPILOG)(greet_command)
 app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
+app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
 app.command("sources")(sources_command)
 app.command("models")(models_command)

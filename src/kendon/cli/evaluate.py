@@ -25,10 +25,9 @@ from kendon.evaluation import (
     BASELINES,
     Evaluation,
     Material,
-    ModelReader,
-    Reader,
     Spread,
     evaluate,
+    learned_readers,
     model_readers,
     random_splits,
     repeated_splits,
@@ -37,7 +36,7 @@ from kendon.evaluation import (
 from kendon.evaluation.cluster import dask_cluster, require_dask
 from kendon.evaluation.report import write_report
 from kendon.greetings import expand, load_observations
-from kendon.models import DEFAULT_MODEL, Family
+from kendon.models import DEFAULT_MODEL
 from kendon.observations import Observations
 from kendon.person import Track
 from kendon.tables import write_text
@@ -155,24 +154,6 @@ def evaluate_command(
         )
 
 
-def learned_readers(
-    greetings: Sequence[Observations], seed: int, decoders: Sequence[Decoder]
-) -> list[Reader]:
-    """Readers with a model of each family, learned from greetings with their true phases.
-
-    Raises:
-        KendonError: the greetings are too few to learn from.
-    """
-    # Whoever trains nothing need not load what trains.
-    from kendon.models.learning import fit
-
-    models = [
-        replace(fit(greetings, family=family, seed=seed).model, name=f"learned {family.value}")
-        for family in Family
-    ]
-    return [ModelReader(model, decoder) for model in models for decoder in decoders]
-
-
 def _check_numbers(seed: int, splits: int, jobs: int, cluster: str | None) -> None:
     if seed < 0:
         raise ParameterError(f"--seed must be 0 or more, not {seed}")
@@ -229,21 +210,18 @@ def _load(
     paths: Sequence[Path | str], gestures_from_phases: bool, sensor: Sensor, seed: int
 ) -> Material:
     observed = []
+    worse = _worse(sensor, seed)
     with _progress("reading recordings", len(paths)) as step:
-        for number, path in enumerate(paths):
+        for path in paths:
             observed.append(
-                load_observations(
-                    path,
-                    gestures_from_phases=gestures_from_phases,
-                    sensor=_worse(sensor, seed + number),
-                )
+                load_observations(path, gestures_from_phases=gestures_from_phases, sensor=worse)
             )
             step()
     return sort_material(observed)
 
 
 def _worse(sensor: Sensor, seed: int) -> Callable[[Track], Track] | None:
-    """The sensor's effect on a track, with an error of its own for each seed."""
+    """What the sensor makes of a track, or nothing if it sees all there is."""
     if sensor is Sensor.CLEAN:
         return None
     from kendon.simulation.sensors import sensor as named_sensor

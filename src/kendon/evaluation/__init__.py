@@ -11,7 +11,13 @@ from kendon.evaluation.comparison import (
     repeated_splits,
     tally,
 )
-from kendon.evaluation.readers import PUBLISHED, ModelReader, Reader, model_readers
+from kendon.evaluation.readers import (
+    PUBLISHED,
+    ModelReader,
+    Reader,
+    learned_readers,
+    model_readers,
+)
 from kendon.evaluation.results import Evaluation, Material, Result, evaluate, sort_material
 
 __all__ = [
@@ -30,6 +36,7 @@ __all__ = [
     "Tally",
     "bootstrap",
     "evaluate",
+    "learned_readers",
     "model_readers",
     "random_splits",
     "repeated_splits",

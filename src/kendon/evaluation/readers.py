@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 from kendon.errors import ParameterError
 from kendon.estimate import Decoder, estimate
-from kendon.models import GreetingModel, load_model
+from kendon.models import Family, GreetingModel, load_model
 from kendon.observations import Observations
 from kendon.person import IntArray
 
@@ -77,3 +77,46 @@ def model_readers(
             )
         loaded[model.name] = model
     return [ModelReader(model, decoder) for model in loaded.values() for decoder in decoders]
+
+
+class Way(NamedTuple):
+    """A way to learn a model."""
+
+    name: str
+    family: Family
+    labels: bool  # whether the true phases are told
+
+
+#: How models are learned for comparison; the last is the thesis's way (3.5.3).
+WAYS: tuple[Way, ...] = (
+    Way("learned robust", Family.ROBUST, True),
+    Way("learned gaussian", Family.GAUSSIAN, True),
+    Way("learned unlabelled", Family.GAUSSIAN, False),
+)
+
+
+def learned_readers(
+    greetings: Sequence[Observations],
+    seed: int,
+    decoders: Sequence[Decoder] = tuple(Decoder),
+    ways: Sequence[Way] = WAYS,
+) -> list[Reader]:
+    """A reader for each way to learn from greetings and each decoder.
+
+    Args:
+        greetings: to learn from.
+        seed: of the random starts, where the true phases are not told.
+        decoders: in the order of the readers.
+        ways: of learning.
+
+    Raises:
+        ParameterError: there is nothing to learn from.
+    """
+    # Whoever learns nothing need not load what learns.
+    from kendon.models.learning import fit
+
+    models = []
+    for way in ways:
+        model = fit(greetings, family=way.family, labels=way.labels, seed=seed).model
+        models.append(replace(model, name=way.name))
+    return [ModelReader(model, decoder) for model in models for decoder in decoders]

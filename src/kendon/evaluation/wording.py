@@ -121,7 +121,15 @@ def material(evaluation: Evaluation) -> str:
 
 def conditions(evaluation: Evaluation) -> str:
     """How people were observed, in one sentence without its full stop."""
-    keys = (
-        "given by hand from the true phases" if evaluation.gestures_from_phases else "as recorded"
-    )
-    return f"gestures {keys}, {evaluation.sensor} sensor"
+    return f"{evaluation.sensor} sensor, gestures {_gestures(evaluation)}"
+
+
+def _gestures(evaluation: Evaluation) -> str:
+    if evaluation.gestures_from_phases:
+        # Whoever reads these numbers must know that they are better than a camera's.
+        return "given by hand from the true phases, which tells the models of DS, HD and CS"
+    return "as recorded"
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.3f}".replace("-", "−")

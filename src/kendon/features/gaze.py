@@ -4,15 +4,20 @@ A gaze ray pierces the robot's frontal plane, the vertical plane through its fac
 forward axis, in the gaze point. Gaze is the distance from there to the robot's face in units
 of the radius that a cone of 60 degrees around the ray has at that point (3.7-3.8): 0 is
 straight at the face, 1 is on the rim of the cone, where looking and not looking are equally
-likely.
+likely. The plane has a front: who stands behind it cannot look at the robot's face.
+
+One person at a time, in plain numbers: this runs for every frame of a flow, and a single ray is
+too little for array arithmetic to pay. `head_gaze` and `eye_gaze` do it for arrays of people.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
+from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 from kendon.person import FloatArray
 
 #: The opening angle of the cone of visual attention (thesis 3.3.3) [rad].
@@ -29,104 +34,156 @@ GAZE_CEILING = 2.0
 EYES_ONLY_WITHIN = 1.5
 HEAD_ONLY_BEYOND = 2.5
 
+#: Where a ray that runs away from the plane pierces it.
+_NOWHERE: Vec3 = (math.inf, math.inf, math.inf)
+#: The radius of the cone of visual attention, one metre along its axis.
+_RIM = math.tan(CONE_ANGLE / 2)
 
-def ray_gaze(origin: FloatArray, gaze_point: FloatArray, robot_face: FloatArray) -> FloatArray:
-    """The gaze ratio of gaze points seen from origins (thesis 3.7-3.8).
+
+def pierce(origin: Vec3, direction: Vec3, robot_face: Vec3) -> Vec3:
+    """Where a ray pierces the plane x = the robot face's x from ahead (thesis 3.4-3.5, 3.9-3.10).
+
+    Returns:
+        A point [m]; infinite for a ray that starts behind the plane, runs along it or away from
+        it; NaN for an unknown one. A direction of length 0, which detectors give for none, is
+        unknown.
+    """
+    x, y, z = origin
+    dx, dy, dz = direction
+    known = x + y + z + dx + dy + dz  # NaN if one of them is, and then unequal to itself
+    if known != known or (dx == 0 and dy == 0 and dz == 0):
+        return UNKNOWN_POINT
+    if dx >= 0 or x <= robot_face[0]:
+        return _NOWHERE
+    steps = (robot_face[0] - x) / dx
+    point = (robot_face[0], y + steps * dy, z + steps * dz)
+    # A ray that all but runs along the plane pierces it too far away for floating point.
+    return point if math.isfinite(point[1] + point[2]) else _NOWHERE
+
+
+def ray_gaze(origin: Vec3, gaze_point: Vec3, robot_face: Vec3) -> float:
+    """The gaze ratio of a gaze point seen from the ray's origin (thesis 3.7-3.8).
 
     Args:
-        origin: where the rays start, shape (..., 3) [m].
-        gaze_point: where they pierce the plane, shape (..., 3) [m]; infinite where they do not.
-        robot_face: the robot's face, shape (3,) [m].
+        origin: where the ray starts, ahead of the plane [m].
+        gaze_point: where it pierces the plane [m]; infinite where it does not.
+        robot_face: the robot's face [m].
 
     Returns:
-        Shape (...), between 0 and `GAZE_CEILING`; NaN where the input is unknown.
+        Between 0 and `GAZE_CEILING`; NaN where the gaze point is unknown.
     """
-    # A ray that all but runs along the plane pierces it too far away for floating point.
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        way = np.linalg.norm(gaze_point - origin, axis=-1)
-        beside = np.linalg.norm(gaze_point - robot_face, axis=-1)
-        radius = math.tan(CONE_ANGLE / 2) * way
-        ratio = np.minimum(beside / radius, GAZE_CEILING)
-    unknown = np.isnan(gaze_point).any(axis=-1) | np.isnan(origin).any(axis=-1)
-    return np.where(np.isnan(ratio) & ~unknown, GAZE_CEILING, np.where(unknown, np.nan, ratio))
+    if gaze_point[0] != gaze_point[0]:
+        return math.nan
+    if gaze_point[0] == math.inf:
+        return GAZE_CEILING
+    radius = _RIM * math.dist(origin, gaze_point)
+    beside = math.dist(gaze_point, robot_face)
+    # Not divided first: both may be too large for floating point.
+    return beside / radius if beside < GAZE_CEILING * radius else GAZE_CEILING
 
 
-def pierce(origin: FloatArray, direction: FloatArray, robot_face: FloatArray) -> FloatArray:
-    """Where rays pierce the plane x = the robot face's x (thesis 3.4-3.5, 3.9-3.10).
-
-    Returns:
-        Shape (..., 3) [m]; infinite where a ray runs along the plane or away from it, NaN where
-        it is unknown; a direction of length 0, which detectors give for none, is unknown.
-    """
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        steps = (robot_face[0] - origin[..., 0]) / direction[..., 0]
-        point = origin + steps[..., None] * direction
-    unknown = np.isnan(origin).any(axis=-1) | np.isnan(direction).any(axis=-1)
-    unknown |= (direction == 0).all(axis=-1)
-    pierces = (steps > 0) & np.isfinite(point).all(axis=-1)
-    point[~pierces] = np.inf
-    point[unknown] = np.nan
-    return np.asarray(point)
-
-
-def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: FloatArray) -> FloatArray:
+def gaze_of_head(head: Vec3, rotation: Quaternion, robot_face: Vec3) -> float:
     """Gaze from the orientation of the head (thesis 3.3.3, Gaze Detector 2).
 
     The ray starts at the face and runs along the head's x axis; (3.9) and (3.10) are its
     intersection with the plane written with tangents.
 
     Args:
-        head: faces in ``base_footprint``, shape (..., 3) [m].
-        rotation: orientations of the head, quaternions x y z w of any length, shape (..., 4).
-        robot_face: the robot's face in the same frame, shape (3,) [m].
+        head: the face in ``base_footprint`` [m].
+        rotation: the orientation of the head, a quaternion x y z w of any length.
+        robot_face: the robot's face in the same frame [m].
 
     Returns:
-        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
+        Between 0 and `GAZE_CEILING`; NaN = unknown.
     """
-    # The rotated x axis times the quaternion's squared length, written out: this is the hot path,
-    # and scipy's rotations alone would double the time that kendon takes to start.
-    x, y, z, w = (rotation[..., i] for i in range(4))
-    direction = np.stack(
-        [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1
-    )
+    x, y, z, w = rotation
+    # The rotated x axis times the quaternion's squared length.
+    direction = (w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y))
     return ray_gaze(head, pierce(head, direction, robot_face), robot_face)
 
 
-def eye_gaze(eyes: FloatArray, directions: FloatArray, robot_face: FloatArray) -> FloatArray:
+def gaze_of_eyes(eyes: tuple[Vec3, Vec3], directions: tuple[Vec3, Vec3], robot_face: Vec3) -> float:
     """Gaze from the eyes (thesis 3.4-3.6, Gaze Detector 1).
 
     The gaze point is the mean of both eyes' (3.6); one known eye decides alone.
 
     Args:
-        eyes: centres of both eyes, shape (..., 2, 3) [m].
-        directions: directions out of them, any length, shape (..., 2, 3).
-        robot_face: the robot's face in the same frame, shape (3,) [m].
+        eyes: centres of both eyes [m].
+        directions: directions out of them, any length.
+        robot_face: the robot's face in the same frame [m].
 
     Returns:
-        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
+        Between 0 and `GAZE_CEILING`; NaN = unknown.
     """
-    points = pierce(eyes, directions, robot_face)
-    known = ~np.isnan(points).any(axis=-1, keepdims=True)
-    count = known.sum(axis=-2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        between = np.where(known, eyes, 0).sum(axis=-2) / count
-        point = np.where(known, points, 0).sum(axis=-2) / count
-    return ray_gaze(between, point, robot_face)
+    left, right = eyes
+    left_point = pierce(left, directions[0], robot_face)
+    right_point = pierce(right, directions[1], robot_face)
+    if left_point[0] != left_point[0]:
+        return ray_gaze(right, right_point, robot_face)
+    if right_point[0] != right_point[0]:
+        return ray_gaze(left, left_point, robot_face)
+    return ray_gaze(_mean(left, right), _mean(left_point, right_point), robot_face)
 
 
-def blend(eye: FloatArray, head: FloatArray, distance: FloatArray) -> FloatArray:
+def _mean(a: Vec3, b: Vec3) -> Vec3:
+    return ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)
+
+
+def blend(eye: float, head: float, distance: float) -> float:
     """The eyes' gaze near, the head's gaze far, a straight hand-over between.
 
     Past `HEAD_ONLY_BEYOND` the eyes are never used: their direction is noise there (thesis
     3.3.3). Where one of the two is unknown the other decides, with that exception.
 
     Args:
-        eye: from `eye_gaze`, shape (...).
-        head: from `head_gaze`, shape (...).
-        distance: of the face, shape (...) [m].
+        eye: from `gaze_of_eyes`.
+        head: from `gaze_of_head`.
+        distance: of the face [m].
     """
     weight = (HEAD_ONLY_BEYOND - distance) / (HEAD_ONLY_BEYOND - EYES_ONLY_WITHIN)
-    weight = np.clip(weight, 0, 1)
-    usable = np.where(weight > 0, eye, np.nan)
-    mixed = np.where(weight > 0, weight * eye + (1 - weight) * head, head)
-    return np.where(np.isnan(usable), head, np.where(np.isnan(head), usable, mixed))
+    if not weight > 0 or eye != eye:
+        return head
+    if weight >= 1 or head != head:
+        return eye
+    return weight * eye + (1 - weight) * head
+
+
+def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: Vec3 | FloatArray) -> FloatArray:
+    """`gaze_of_head` of many faces.
+
+    Args:
+        head: faces in ``base_footprint``, shape (..., 3) [m].
+        rotation: orientations of the heads, quaternions x y z w of any length, shape (..., 4).
+        robot_face: the robot's face in the same frame [m].
+
+    Returns:
+        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
+    """
+    face = _as_point(robot_face)
+    heads: Any = head.reshape(-1, 3).tolist()
+    turns: Any = rotation.reshape(-1, 4).tolist()
+    gaze = [gaze_of_head(*one, face) for one in zip(heads, turns, strict=True)]
+    return np.array(gaze).reshape(head.shape[:-1])
+
+
+def eye_gaze(eyes: FloatArray, directions: FloatArray, robot_face: Vec3 | FloatArray) -> FloatArray:
+    """`gaze_of_eyes` of many people.
+
+    Args:
+        eyes: centres of both eyes, shape (..., 2, 3) [m].
+        directions: directions out of them, any length, shape (..., 2, 3).
+        robot_face: the robot's face in the same frame [m].
+
+    Returns:
+        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
+    """
+    face = _as_point(robot_face)
+    pairs: Any = eyes.reshape(-1, 2, 3).tolist()
+    ways: Any = directions.reshape(-1, 2, 3).tolist()
+    gaze = [gaze_of_eyes(*one, face) for one in zip(pairs, ways, strict=True)]
+    return np.array(gaze).reshape(eyes.shape[:-2])
+
+
+def _as_point(point: Vec3 | FloatArray) -> Vec3:
+    x, y, z = (float(value) for value in point)
+    return (x, y, z)

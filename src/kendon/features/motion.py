@@ -10,15 +10,14 @@ after Janabi-Sharifi, Hayward & Chen 2000). A slope that is still unsure is unkn
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 
 from kendon.features.proxemics import closing_speed
-from kendon.person import FloatArray, IntArray
 
 #: The stretches a line may be laid through [s], the quickest first.
-WINDOWS: FloatArray = np.array([0.2, 0.3, 0.4, 0.6])
+WINDOWS = (0.2, 0.3, 0.4, 0.6)
 #: A slope whose standard error is below this is sure enough: a quarter of a walker's speed [m/s].
 SURE = 0.3
 #: One whose standard error is above this says nothing: nearly a walker's speed [m/s].
@@ -32,119 +31,128 @@ _PRIOR_NOISE = 0.02
 _QUARTILE = 0.3186
 #: Standard error of repeated medians over that of least squares, for normal noise.
 _INEFFICIENCY = 1.25
+#: Stamps are rounded to milliseconds or finer in files [s].
+_ROUNDED = 1e-3
+#: Positions this old are never looked at again [s]; they are let go of when twice as old.
+_KEPT = 1.5 * NOISE_SPAN
 
 
-class Positions(NamedTuple):
-    """Where a person and the robot were on the ground of the world, N instants."""
+class Walk:
+    """Where a person was on the ground of the world since they were last lost, and the robot.
 
-    t: FloatArray  # (N,) [s]
-    person: FloatArray  # (N, 2) [m], known
-    robot: FloatArray  # (N, 2) [m]
-
-
-def approach_speed(
-    positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray, period: float
-) -> FloatArray:
-    """The person's speed toward where the robot was one period before, at K instants [m/s].
-
-    Args:
-        positions: of a person who may have been lost between runs of positions.
-        first: the row at which the run of positions begins that each instant belongs to, (K,).
-        stop: the row after the newest one at each instant, (K,).
-        ends: the instants, (K,) [s].
-        period: the interval between observations [s].
-
-    Returns:
-        Shape (K,), positive when coming closer; NaN where it is not sure enough.
+    Lists and loops, not arrays: a line through seven positions is too little for array arithmetic
+    to pay, and the features of a live person are computed here five times a second.
     """
-    speed = np.full(len(ends), np.nan)
-    some = np.flatnonzero(stop - first >= 2)
-    if not len(some):
-        return speed
-    first, stop, ends = first[some], stop[some], ends[some]
-    t, person, robot = positions
-    noise = _noise(positions, first, stop, ends)
 
-    # Every window of every instant, (K, W); the best of them, (K,).
-    begin = np.searchsorted(t, ends[:, None] - WINDOWS - 1e-3)
-    begin = np.minimum(np.maximum(begin, first[:, None]), stop[:, None] - 1)
-    count = stop[:, None] - begin
-    span = t[stop - 1][:, None] - t[begin]
-    usable = (count >= 2) & (span >= period / 2)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a span of zero is not usable
-        error = _INEFFICIENCY * noise[:, None] * np.sqrt(12 / count) / span
-    error[~usable] = np.inf
-    sure = error <= SURE
-    choice = np.where(sure.any(axis=1), sure.argmax(axis=1), error.argmin(axis=1))
-    row = np.arange(len(ends))
-    good = error[row, choice] <= UNSURE
-    if not good.any():
-        return speed
-    row, choice = row[good], choice[good]
-    ends, begin, count = ends[row], begin[row, choice], count[row, choice]
+    def __init__(self) -> None:
+        self._t: list[float] = []  # [s]
+        self._x: list[float] = []  # [m], of the person
+        self._y: list[float] = []
+        self._robot: list[tuple[float, float]] = []  # [m]
+        self._aside: list[float] = []  # [m], of all positions but the first and the last
 
-    # Siegel's repeated medians (1982): right as long as fewer than half of the positions are wild.
-    rows, outside = _rows(begin, count)
-    rows = np.minimum(rows, len(t) - 1)
-    at, where = t[rows], person[rows]
-    where[outside] = np.nan
-    with np.errstate(invalid="ignore", divide="ignore"):  # a position and itself: 0 / 0
-        slopes = (where[:, None] - where[:, :, None]) / (at[:, None] - at[:, :, None])[..., None]
-    shape = slopes.shape
-    inner = median(slopes.reshape(-1, *shape[2:])).reshape(shape[0], shape[1], shape[3])
-    velocity = median(inner)
-    now = median(where + velocity[:, None] * (ends[:, None] - at)[..., None])
+    def clear(self) -> None:
+        """The person has been lost: what was before says nothing of what comes."""
+        for column in (self._t, self._x, self._y, self._robot, self._aside):
+            column.clear()
 
-    before = np.maximum(np.searchsorted(t, ends - period + 1e-3, side="right") - 1, begin)
-    speed[some[row]] = closing_speed(
-        now - velocity * period, now, robot[before], np.asarray(period)
-    )
-    return speed
+    def add(self, t: float, x: float, y: float, robot: tuple[float, float]) -> None:
+        """Take in the next position, known and finite."""
+        if self._t and t - self._t[0] > 2 * _KEPT:
+            old = bisect_left(self._t, t - _KEPT)
+            for column in (self._t, self._x, self._y, self._robot, self._aside):
+                del column[:old]
+        self._t.append(t)
+        self._x.append(x)
+        self._y.append(y)
+        self._robot.append(robot)
+        if len(self._t) > 2:
+            self._aside.append(self._off_the_path())
+
+    def speed(self, end: float, period: float) -> float:
+        """The person's speed toward where the robot was one period before `end` [m/s].
+
+        Args:
+            end: the instant, at or after the newest position [s].
+            period: the interval between observations [s].
+
+        Returns:
+            Positive when coming closer; NaN where it is not sure enough.
+        """
+        begin = self._line_from(end, period)
+        if begin is None:
+            return math.nan
+        t = self._t[begin:]
+        # Where the lines are now and were a period before, in both directions.
+        now_x, before_x = _ends_of_line(t, self._x[begin:], end, period)
+        now_y, before_y = _ends_of_line(t, self._y[begin:], end, period)
+        then = max(bisect_right(t, end - period + _ROUNDED) - 1, 0)
+        return closing_speed(
+            (before_x, before_y), (now_x, now_y), self._robot[begin + then], period
+        )
+
+    def _line_from(self, end: float, period: float) -> int | None:
+        """The first position of the shortest line that is sure enough, else of the surest."""
+        stamps = self._t
+        spread = _INEFFICIENCY * math.sqrt(12) * self._noise(end)
+        best, least = None, UNSURE
+        for window in WINDOWS:
+            begin = bisect_left(stamps, end - window - _ROUNDED)
+            count = len(stamps) - begin
+            if count < 2:
+                continue
+            span = stamps[-1] - stamps[begin]
+            if span < period / 2:
+                continue
+            error = spread / (math.sqrt(count) * span)
+            if error <= SURE:
+                return begin
+            if error <= least:
+                best, least = begin, error
+        return best
+
+    def _noise(self, end: float) -> float:
+        """The standard deviation of the positions around a smooth path [m]."""
+        begin = bisect_left(self._t, end - NOISE_SPAN - _ROUNDED)
+        asides = sorted(self._aside[max(begin - 1, 0) :])
+        return asides[(len(asides) - 1) // 4] / _QUARTILE if asides else _PRIOR_NOISE
+
+    def _off_the_path(self) -> float:
+        """How far the last position but one lies off the line between its neighbours [m].
+
+        In units that make it a sample of the positions' noise (Gasser, Sroka & Jennen-Steinmetz
+        1986); a walk does not bend in a thirtieth of a second.
+        """
+        t0, t1, t2 = self._t[-3:]
+        x0, x1, x2 = self._x[-3:]
+        y0, y1, y2 = self._y[-3:]
+        share = (t1 - t0) / (t2 - t0)
+        rest = 1 - share
+        off = math.hypot(x1 - rest * x0 - share * x2, y1 - rest * y0 - share * y2)
+        return off / math.sqrt(1 + share * share + rest * rest)
 
 
-def _noise(positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray) -> FloatArray:
-    """The standard deviation of the positions around a smooth path, (K,) [m].
+def _ends_of_line(
+    t: Sequence[float], x: Sequence[float], end: float, period: float
+) -> tuple[float, float]:
+    """A robust line through x(t): where it is at `end` and where it was one period before.
 
-    Each position is held against the straight line between its neighbours (Gasser, Sroka &
-    Jennen-Steinmetz 1986), which a walk does not bend in a thirtieth of a second.
+    Siegel's repeated medians (1982): right as long as fewer than half of the positions are wild.
     """
-    t, person, _ = positions
-    off = np.full(len(t), np.nan)
-    if len(t) > 2:
-        share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
-        between = (1 - share) * person[:-2] + share * person[2:]
-        scale = np.sqrt(1 + share**2 + (1 - share) ** 2)[:, 0]
-        aside = person[1:-1] - between
-        off[1:-1] = np.hypot(aside[:, 0], aside[:, 1]) / scale
-    begin = np.maximum(np.searchsorted(t, ends - NOISE_SPAN - 1e-3), first + 1)
-    rows, outside = _rows(begin, stop - 1 - begin)
-    taken = off[np.minimum(rows, len(t) - 1)]
-    taken[outside] = np.nan
-    ordered = np.sort(taken, axis=1)
-    known = (~np.isnan(ordered)).sum(axis=1)
-    quartile = ordered[np.arange(len(ends)), np.maximum(known - 1, 0) // 4]
-    return np.where(known > 0, quartile / _QUARTILE, _PRIOR_NOISE)
+    points = list(zip(t, x, strict=True))
+    slope = _middle([_middle([(b - a) / (s - r) for s, b in points if s != r]) for r, a in points])
+    now = _middle([a + slope * (end - r) for r, a in points])
+    return now, now - slope * period
 
 
-def median(values: FloatArray) -> FloatArray:
-    """The median along axis 1 of what is not NaN, NaN where nothing is.
-
-    Args:
-        values: shape (K, M, F) with M at least 1.
-
-    Returns:
-        Shape (K, F).
-    """
-    ordered = np.sort(values, axis=1)  # NaN comes last
-    count = (ordered == ordered).sum(axis=1)
-    k, f = np.ogrid[: ordered.shape[0], : ordered.shape[2]]
-    low = ordered[k, np.maximum(count - 1, 0) // 2, f]
-    # With one value or more, index count // 2 is inside; with none, everything is NaN anyway.
-    high = ordered[k, count // 2, f]
-    return np.asarray((low + high) / 2)
+def _middle(values: list[float]) -> float:
+    """The median of known values, at least one."""
+    values.sort()
+    count = len(values)
+    return (values[(count - 1) // 2] + values[count // 2]) / 2
 
 
-def _rows(begin: IntArray, count: IntArray) -> tuple[IntArray, np.ndarray]:
-    """The rows begin, begin + 1, ... of each of K stretches, and which are past their end."""
-    steps = np.arange(max(1, int(count.max())))
-    return begin[:, None] + steps, steps >= count[:, None]
+def median(values: Sequence[float]) -> float:
+    """The median of what is not NaN, NaN where nothing is."""
+    known = [value for value in values if value == value]  # NaN is unequal to itself
+    return _middle(known) if known else math.nan

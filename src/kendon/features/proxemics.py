@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from kendon.person import FloatArray
@@ -32,22 +34,23 @@ def to_world(head: FloatArray, robot: FloatArray) -> FloatArray:
 
 
 def closing_speed(
-    before: FloatArray, now: FloatArray, robot_before: FloatArray, dt: FloatArray
-) -> FloatArray:
+    before: tuple[float, float],
+    now: tuple[float, float],
+    robot_before: tuple[float, float],
+    dt: float,
+) -> float:
     """How fast the person came nearer to where the robot was (thesis 3.2-3.3) [m/s].
 
     Both distances are taken to the robot's **previous** position, so that the robot's own
     motion does not show up as the person's speed.
 
     Args:
-        before: the person in the world at t - dt, shape (..., 2) [m].
-        now: the person in the world at t, shape (..., 2) [m].
-        robot_before: the robot in the world at t - dt, shape (..., 2) [m].
-        dt: the time between the two, shape (...) [s].
+        before: the person on the ground of the world at t - dt [m].
+        now: the person there at t [m].
+        robot_before: the robot there at t - dt [m].
+        dt: the time between the two [s].
 
     Returns:
-        Shape (...); positive when coming closer.
+        Positive when coming closer.
     """
-    was, is_now = before - robot_before, now - robot_before
-    way = np.hypot(was[..., 0], was[..., 1]) - np.hypot(is_now[..., 0], is_now[..., 1])
-    return np.asarray(way / dt)
+    return (math.dist(before, robot_before) - math.dist(now, robot_before)) / dt

@@ -7,26 +7,27 @@ without frames is unknown, never the last value again. The one exception is a so
 (about 5 frames a second) that jitter leaves intervals empty: there the newest frame still counts
 while it is younger than one and a half frame periods.
 
-A recording and a live source go through the same function (`_reduce`): all intervals of a
-track at once, or the newest alone.
+A recording goes through the same sampler as a live source, and so gives the same numbers.
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kendon.errors import ParameterError
-from kendon.features import gaze, proxemics
-from kendon.features.motion import NOISE_SPAN, Positions, approach_speed, median
-from kendon.geometry import UNKNOWN_POINT, Vec3
+from kendon.features.gaze import blend, gaze_of_eyes, gaze_of_head
+from kendon.features.motion import Walk, median
+from kendon.geometry import Quaternion, Vec3
 from kendon.observations import Observation, Observations
 from kendon.person import FloatArray, IntArray, PersonFrame, Track
+from kendon.tracks import MAX_GAP
 
 #: The interval between observations (thesis 3.3) [s].
 PERIOD = 0.2
@@ -43,9 +44,15 @@ _CARRY = 1.5
 #: From so many spacings the frame period of a source is estimated.
 _SPACINGS = 9
 
+#: One frame's distance, gaze, smile and three gestures.
+_Values = tuple[float, float, float, float, float, float]
+
 
 class Sampler:
     """Turns frames, as they come, into observations.
+
+    Observations lie on a grid of periods that begins with the first frame. When the clock leaps
+    by more than `kendon.tracks.MAX_GAP`, a new grid begins with the next frame.
 
     Args:
         robot_face: the robot's face in its base frame [m].
@@ -58,17 +65,19 @@ class Sampler:
     def __init__(self, robot_face: Vec3 = ROBOT_FACE, period: float = PERIOD) -> None:
         self._face = _checked_face(robot_face)
         self.period = _checked_period(period)
-        self._start = math.nan
-        self._count = 0
         self._last = -math.inf  # [s], the newest frame's stamp
-        self._recent: list[PersonFrame] = []  # the frames of the last second, up to the interval
-        self._pending: list[PersonFrame] = []  # those of the interval being filled
-        self._run = 0  # where in `_recent` the person was last lost and seen again
+        self._restart()
 
-    @property
-    def next_end(self) -> float:
-        """When the interval being filled ends [s]; NaN before the first frame."""
-        return self._start + (self._count + 1) * self.period
+    def _restart(self) -> None:
+        self._start = math.nan  # [s], where the grid begins
+        self._count = 1  # of its intervals, with the one being filled
+        #: When the interval being filled ends [s]; NaN before the first frame.
+        self.next_end = math.nan
+        self._stamps: deque[float] = deque(maxlen=_SPACINGS + 1)  # [s], of the newest frames
+        self._frames: list[_Values] = []  # of the interval being filled
+        self._placed = False  # whether one of those frames tells where the person is
+        self._newest: tuple[_Values, bool] | None = None  # the newest frame, and whether it does
+        self._walk = Walk()
 
     def push(self, frame: PersonFrame) -> list[Observation]:
         """Take in a frame; return the observations whose intervals ended before it.
@@ -76,56 +85,91 @@ class Sampler:
         Raises:
             ParameterError: the stamp is not finite, or not after the last frame's.
         """
-        if not math.isfinite(frame.t):
-            raise ParameterError(f"the stamp of a frame must be finite seconds, not {frame.t}")
-        if frame.t <= self._last:
-            raise ParameterError(f"frames must come in order: {frame.t} s after {self._last} s")
-        if math.isnan(self._start):
-            self._start = frame.t
-        done = []
-        while self.next_end + _TOLERANCE < frame.t:
-            done.append(self._close())
-        self._pending.append(frame)
-        self._last = frame.t
+        t = frame.t
+        if not math.isfinite(t):
+            raise ParameterError(f"the stamp of a frame must be finite seconds, not {t}")
+        if t <= self._last:
+            raise ParameterError(f"frames must come in order: {t} s after {self._last} s")
+        done = self._until(t, _TOLERANCE)
+        self._take_in(
+            t, frame.head, frame.head_rotation, frame.eyes, frame.eye_gaze, frame.smile,
+            frame.dsal, frame.csal, frame.hdip, frame.robot,
+        )  # fmt: skip
         return done
 
     def advance(self, t: float) -> list[Observation]:
-        """Let time pass without a frame; return the observations whose intervals have ended."""
+        """Let time pass without a frame; return the observations whose intervals have ended.
+
+        Raises:
+            ParameterError: the time is not finite.
+        """
+        if not math.isfinite(t):
+            raise ParameterError(f"the clock must show finite seconds, not {t}")
+        return self._until(t, -_ROUNDING)
+
+    def _until(self, t: float, slack: float) -> list[Observation]:
+        """The observations of the intervals that ended more than `slack` before `t` [s]."""
+        if t - self.next_end > MAX_GAP:
+            done = [self._close()] if self._frames else []
+            self._restart()
+            return done
         done = []
-        while self.next_end <= t + _ROUNDING:  # never before the first frame: that is NaN
+        while self.next_end + slack < t:  # never before the first frame: that is NaN
             done.append(self._close())
         return done
 
-    def _close(self) -> Observation:
-        end = self.next_end
-        self._count += 1
-        fresh = sum(1 for row in self._pending if row.t <= end + _TOLERANCE)
-        stop = len(self._recent) + fresh
-        self._recent += self._pending[:fresh]
-        self._pending = self._pending[fresh:]
-        start = stop - fresh
-        if not fresh and _still_counts([row.t for row in self._recent[-_SPACINGS - 1 :]], end):
-            start -= 1
-        if start == stop:
-            self._run = stop
-            return Observation(end)
-        frames = _Frames.of(self._recent)
-        values = _reduce(
-            frames, np.array([start]), np.array([stop]), np.array([self._run]), np.array([end]),
-            self._face, self.period,
-        )[0]  # fmt: skip
-        if not np.isfinite(frames.head[start:stop, 0]).any():
-            self._run = stop
-        self._forget(end)
-        return Observation(end, *values.tolist())
+    def _take_in(
+        self,
+        t: float,
+        head: Vec3,
+        rotation: Quaternion,
+        eyes: tuple[Vec3, Vec3] | None,
+        eye_gaze: tuple[Vec3, Vec3] | None,
+        smile: float,
+        dsal: float,
+        csal: float,
+        hdip: float,
+        robot: tuple[float, float, float],
+    ) -> None:
+        if self._start != self._start:  # NaN: the first frame of a grid
+            self._start = t
+            self.next_end = t + self.period
+        self._last = t
+        self._stamps.append(t)
 
-    def _forget(self, end: float) -> None:
-        """Let go of frames that no later observation needs."""
-        keep = bisect_left(self._recent, end - NOISE_SPAN, key=lambda frame: frame.t)
-        # One more, as each position is held against its neighbours; some for their spacings.
-        old = max(0, min(keep - 2, len(self._recent) - _SPACINGS - 1))
-        del self._recent[:old]
-        self._run = max(0, self._run - old)
+        x, y, _ = head
+        way = math.hypot(x, y)
+        gaze = gaze_of_head(head, rotation, self._face)
+        if eyes and eye_gaze:
+            gaze = blend(gaze_of_eyes(eyes, eye_gaze, self._face), gaze, way)
+        values = (way, gaze, smile, dsal, csal, hdip)
+        self._frames.append(values)
+
+        robot_x, robot_y, yaw = robot
+        c, s = math.cos(yaw), math.sin(yaw)
+        world_x, world_y = robot_x + c * x - s * y, robot_y + s * x + c * y
+        placed = math.isfinite(world_x + world_y)
+        if placed:
+            self._walk.add(t, world_x, world_y, (robot_x, robot_y))
+            self._placed = True
+        self._newest = values, placed
+
+    def _close(self) -> Observation:
+        """The observation of the interval being filled, which ends; the next one begins."""
+        end = self.next_end
+        frames, placed = self._frames, self._placed
+        self._frames, self._placed = [], False
+        self._count += 1
+        self.next_end = self._start + self._count * self.period  # summed up, it would drift
+        if not frames and self._newest and _still_counts(self._stamps, end):
+            frames, placed = [self._newest[0]], self._newest[1]
+        if not placed:
+            self._walk.clear()
+        if not frames:
+            return Observation(end)
+        speed = self._walk.speed(end, self.period) if placed else math.nan
+        way, *others = [median(column) for column in zip(*frames, strict=True)]
+        return Observation(end, way, speed, *others)
 
 
 def observe(
@@ -146,110 +190,45 @@ def observe(
         ParameterError: the face is not finite, the period is not positive, or the track is
             shorter than one interval.
     """
-    face, period = _checked_face(robot_face), _checked_period(period)
-    # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
-    ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
-    ends = ends[ends <= track.t[-1:] + _TOLERANCE + _ROUNDING]
-    if not len(ends):
+    sampler = Sampler(robot_face, period)
+    rows: list[Observation] = []
+    for frame in _features_of(track):
+        if not frame[0] <= sampler.next_end:
+            rows += sampler._until(frame[0], _TOLERANCE)
+        sampler._take_in(*frame)
+    if len(track):
+        rows += sampler.advance(float(track.t[-1]) + _TOLERANCE)
+    if not rows:
         raise ParameterError(
             f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
             f" the first observation needs {period:g} s"
         )
-    stops = np.searchsorted(track.t, ends + _TOLERANCE, side="right")
-    starts = np.concatenate([[0], stops[:-1]])
-    for k in np.flatnonzero(starts == stops).tolist():
-        newest = track.t[max(0, stops[k] - _SPACINGS - 1) : stops[k]]
-        if _still_counts(newest.tolist(), float(ends[k])):
-            starts[k] -= 1
-    frames = _Frames(
-        track.t, track.head, track.head_rotation, track.smile, track.gestures, track.robot,
-        *((track.eyes, track.eye_gaze) if np.isfinite(track.eyes).any() else ()),
-    )  # fmt: skip
-    values = _reduce(frames, starts, stops, _runs(frames, starts, stops), ends, face, period)
-    phases = None if track.phases is None else _phases_of(track.phases, starts, stops)
-    return Observations(ends, values, phases, track.name if name is None else name)
+    seen = Observations.from_rows(rows, track.name if name is None else name)
+    return (
+        seen
+        if track.phases is None
+        else replace(seen, phases=_phases_of(track.phases, track.t, seen))
+    )
 
 
-def _runs(frames: _Frames, starts: IntArray, stops: IntArray) -> IntArray:
-    """For each interval the row at which the person was last lost and seen again."""
-    seen = np.concatenate([[0], np.cumsum(np.isfinite(frames.head[:, 0]))])
-    blind = seen[stops] == seen[starts]
-    after = np.where(blind, stops, 0)
-    return np.concatenate([[0], np.maximum.accumulate(after)[:-1]])
+def _features_of(track: Track) -> Iterator[tuple[Any, ...]]:
+    """What `Sampler._take_in` needs of every frame: a track's frames without their joints."""
+    nothing = [None] * len(track)
+    known = np.isfinite(track.eyes).any()
+    return zip(
+        track.t.tolist(),
+        track.head.tolist(),
+        track.head_rotation.tolist(),
+        track.eyes.tolist() if known else nothing,
+        track.eye_gaze.tolist() if known else nothing,
+        track.smile.tolist(),
+        *track.gestures.T.tolist(),
+        track.robot.tolist(),
+        strict=True,
+    )
 
 
-class _Frames(NamedTuple):
-    """Frames as arrays: what observations are made of, without the rest of a track."""
-
-    t: FloatArray  # (N,)
-    head: FloatArray  # (N, 3)
-    head_rotation: FloatArray  # (N, 4)
-    smile: FloatArray  # (N,)
-    gestures: FloatArray  # (N, 3)
-    robot: FloatArray  # (N, 3)
-    eyes: FloatArray | None = None  # (N, 2, 3)
-    eye_gaze: FloatArray | None = None  # (N, 2, 3)
-
-    @classmethod
-    def of(cls, frames: Sequence[PersonFrame]) -> _Frames:
-        rows = np.array(
-            [
-                (f.t, *f.head, *f.head_rotation, f.smile, f.dsal, f.csal, f.hdip, *f.robot)
-                for f in frames
-            ]
-        )
-        columns = rows[:, 0], rows[:, 1:4], rows[:, 4:8], rows[:, 8], rows[:, 9:12], rows[:, 12:]
-        if not any(f.eyes for f in frames):
-            return cls(*columns)
-        nowhere = (UNKNOWN_POINT, UNKNOWN_POINT)
-        return cls(
-            *columns,
-            np.array([f.eyes or nowhere for f in frames]),
-            np.array([f.eye_gaze or nowhere for f in frames]),
-        )
-
-
-def _reduce(
-    frames: _Frames,
-    starts: IntArray,
-    stops: IntArray,
-    runs: IntArray,
-    ends: FloatArray,
-    face: FloatArray,
-    period: float,
-) -> FloatArray:
-    """The seven features of K intervals, shape (K, 7).
-
-    Args:
-        frames: those of the intervals and, for the speed, those before.
-        starts: the first row of each interval, (K,).
-        stops: the row after its last, (K,).
-        runs: the row since which the person has not been lost, (K,).
-        ends: of the intervals, (K,) [s].
-        face: the robot's face in its base frame, (3,) [m].
-        period: the interval between observations [s].
-    """
-    way = proxemics.distance(frames.head)
-    look = gaze.head_gaze(frames.head, frames.head_rotation, face)
-    if frames.eyes is not None and frames.eye_gaze is not None:
-        look = gaze.blend(gaze.eye_gaze(frames.eyes, frames.eye_gaze, face), look, way)
-    rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
-    taken = np.column_stack([way, look, frames.smile, frames.gestures])[
-        np.minimum(rows, len(frames.t) - 1)
-    ]
-    taken[rows >= stops[:, None]] = np.nan
-    medians = median(taken)
-
-    spots = proxemics.to_world(frames.head, frames.robot)
-    known = np.flatnonzero(np.isfinite(spots[:, 0]))
-    positions = Positions(frames.t[known], spots[known], frames.robot[known, :2])
-    first, stop = np.searchsorted(known, runs), np.searchsorted(known, stops)
-    speed = approach_speed(positions, first, stop, ends, period)
-    speed[np.searchsorted(known, starts) == stop] = np.nan  # nobody seen in this interval
-    return np.column_stack([medians[:, 0], speed, medians[:, 1:]])
-
-
-def _still_counts(stamps: list[float], end: float) -> bool:
+def _still_counts(stamps: Sequence[float], end: float) -> bool:
     """Whether a source is so slow that its newest frame still stands for an interval's end."""
     if len(stamps) < 2:
         return False
@@ -257,9 +236,15 @@ def _still_counts(stamps: list[float], end: float) -> bool:
     return end - stamps[-1] <= _CARRY * spacings[len(spacings) // 2]
 
 
-def _phases_of(phases: IntArray, starts: IntArray, stops: IntArray) -> IntArray:
-    middle = (starts + stops) // 2
-    return np.where(stops > starts, phases[np.minimum(middle, len(phases) - 1)], -1)
+def _phases_of(phases: IntArray, t: FloatArray, seen: Observations) -> IntArray:
+    """The phase of each interval's middle frame; -1 where nothing was seen."""
+    stops = np.searchsorted(t, seen.t + _TOLERANCE, side="right")
+    starts = np.concatenate([[0], stops[:-1]])
+    # An empty interval in which something was seen is one in which the newest frame still counts.
+    empty = starts == stops
+    middle = np.where(empty, stops - 1, (starts + stops) // 2)
+    unseen = empty & np.isnan(seen.values).all(axis=1)
+    return np.where(unseen, -1, phases[middle])
 
 
 def _checked_period(period: float) -> float:
@@ -268,8 +253,8 @@ def _checked_period(period: float) -> float:
     return period
 
 
-def _checked_face(robot_face: Sequence[float]) -> FloatArray:
-    face = np.array(robot_face, dtype=float)
-    if face.shape != (3,) or not np.isfinite(face).all():
+def _checked_face(robot_face: Sequence[float]) -> Vec3:
+    face = tuple(float(value) for value in robot_face)
+    if len(face) != 3 or not all(math.isfinite(value) for value in face):
         raise ParameterError(f"the robot's face is a point x, y, z in metres, not {robot_face}")
     return face

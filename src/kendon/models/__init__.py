@@ -1,17 +1,26 @@
 """From observations to beliefs: hidden Markov models of a greeting."""
 
+from kendon.models.assignment import Assignment
 from kendon.models.emissions import Emissions, Family
 from kendon.models.greeting import Belief, GreetingModel, Tracker
+from kendon.models.learning import Fit, fit
 from kendon.models.library import DEFAULT_MODEL, load_model, model_names, save_model
+from kendon.models.prior import Prior
+from kendon.models.sampling import sample
 
 __all__ = [
     "DEFAULT_MODEL",
+    "Assignment",
     "Belief",
     "Emissions",
     "Family",
+    "Fit",
     "GreetingModel",
+    "Prior",
     "Tracker",
+    "fit",
     "load_model",
     "model_names",
+    "sample",
     "save_model",
 ]

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -124,7 +125,7 @@ def _groups(lengths: IntArray, chunk_rows: int) -> Iterator[slice]:
     """Neighbours in the order of length that have about `chunk_rows` rows together."""
     group = (np.cumsum(lengths) - lengths) // chunk_rows
     bounds = [0, *(np.flatnonzero(np.diff(group)) + 1).tolist(), len(lengths)]
-    for begin, end in zip(bounds, bounds[1:], strict=False):
+    for begin, end in pairwise(bounds):
         yield slice(begin, end)
 
 

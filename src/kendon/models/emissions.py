@@ -29,6 +29,9 @@ _LOG_2PI = math.log(2 * math.pi)
 #: The measured features come first; from here on they are gestures.
 GESTURES_FROM = 4
 
+#: A density that is smaller than another by this logarithm is lost in their sum.
+_LOST = math.log(1e-17)
+
 #: The range over which a value "from nowhere in particular" spreads: 12 m of distance, -2 to
 #: 4 m/s, the gaze's 0 to 2, the smile's 0 to 5.
 RANGES: tuple[float, ...] = (12.0, 6.0, 2.0, 5.0)
@@ -75,7 +78,13 @@ class Emissions:
         Lists, not arrays: see the remark in `kendon.models.hmm`.
         """
         if self.family is Family.ROBUST:
-            return [self._robust(row, x) for row in self._rows]
+            known = [
+                (i, value, nowhere)
+                for i, (value, nowhere) in enumerate(zip(x, self._nowhere, strict=False))
+                if value == value
+            ]
+            keys = [(i, v) for i, v in enumerate(x[GESTURES_FROM:], GESTURES_FROM) if v == v]
+            return [self._robust(row, known, keys) for row in self._rows]
         totals = []
         for row in self._rows:
             total = 0.0
@@ -86,19 +95,31 @@ class Emissions:
             totals.append(total)
         return totals
 
-    def _robust(self, row: tuple[tuple[float, float, float], ...], x: list[float]) -> float:
+    @staticmethod
+    def _robust(
+        row: tuple[tuple[float, float, float], ...],
+        measured: list[tuple[int, float, float]],
+        gestures: list[tuple[int, float]],
+    ) -> float:
+        """Log P(x | phase) of one phase.
+
+        Args:
+            row: the phase's terms of every feature.
+            measured: the known features' places, values and log densities of an outlier.
+            gestures: the known gestures' places and values.
+        """
         total = 0.0
-        for (mean, precision, log_norm), value, nowhere in zip(
-            row, x[:GESTURES_FROM], self._nowhere, strict=False
-        ):
-            if value == value:
-                difference = value - mean
-                normal = log_norm + precision * difference * difference
-                more, less = (normal, nowhere) if normal > nowhere else (nowhere, normal)
-                total += more + math.log1p(math.exp(less - more))
-        for (there, _, _), value in zip(row[GESTURES_FROM:], x[GESTURES_FROM:], strict=True):
-            if value == value:
-                total += math.log(1 - there + (2 * there - 1) * value)
+        for i, value, nowhere in measured:
+            mean, precision, log_norm = row[i]
+            difference = value - mean
+            normal = log_norm + precision * difference * difference
+            more, less = (normal, nowhere) if normal > nowhere else (nowhere, normal)
+            total += more
+            if less - more > _LOST:
+                total += math.log1p(math.exp(less - more))
+        for i, value in gestures:
+            there = row[i][0]
+            total += math.log(1 - there + (2 * there - 1) * value)
         return total
 
     def log_likelihoods(self, X: FloatArray) -> FloatArray:

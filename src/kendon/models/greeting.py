@@ -23,7 +23,7 @@ _SMALLEST_VARIANCE = float(np.finfo(float).tiny)
 
 
 #: No feature in its unit comes near this; what does is a mistake, and its square might overflow.
-_LARGEST = 1e6
+LARGEST = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +176,7 @@ class GreetingModel:
                 f"observations have shape (T, {_FEATURES}) with T at least 1, not {X.shape};"
                 f" the columns are {', '.join(FEATURES)}"
             )
-        beyond = (np.abs(X) > _LARGEST).any(axis=1)  # False for NaN
+        beyond = (np.abs(X) > LARGEST).any(axis=1)  # False for NaN
         if beyond.any():
             row = int(np.argmax(beyond))
             raise ParameterError(
@@ -209,7 +209,7 @@ class Tracker:
             raise ParameterError(
                 f"an observation has {_FEATURES} features ({', '.join(FEATURES)}), not {x!r:.60}"
             )
-        if any(abs(v) > _LARGEST for v in values):  # False for NaN
+        if any(abs(v) > LARGEST for v in values):  # False for NaN
             raise ParameterError(
                 f"an observation holds a value beyond all measure, {values}; use NaN for unknown"
             )

@@ -1,4 +1,4 @@
-"""What is believed of a model before any data are seen, and the M-step under it (thesis 2.15, 2.16).
+"""What is believed of a model before there are data, and the M-step (thesis 2.15, 2.16).
 
 Every part of the prior reads as so many further rows or moves, in the units of the data, so that
 few greetings never give a probability of zero, a variance of zero or a division by zero.
@@ -162,8 +162,3 @@ def _share(counts: FloatArray, old: FloatArray) -> FloatArray:
     total = counts.sum(axis=-1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.where(total > 0, counts / total, old))
-
-
-def everything(states: int) -> NDArray[np.bool_]:
-    """The moves when all can be, (K, K)."""
-    return np.ones((states, states), dtype=bool)

@@ -116,6 +116,7 @@ class PointRobot(Robot):
             Pose2D(*start), limits or BaseLimits(), self._clearance,
             position_tolerance, yaw_tolerance,
         )  # fmt: skip
+        self._pose = Pose2D(self._base.x, self._base.y, self._base.yaw)
         self._head = PanTiltHead((face[0], face[1], face[2]), head or HeadLimits())
         self._moved_goal = ""  # why the goal being driven to is not the one asked for
         self._until: dict[CommandKind, float] = {}  # [s], when timed commands end
@@ -127,7 +128,7 @@ class PointRobot(Robot):
     @property
     def pose(self) -> Pose2D:
         """The pose of the base in the world."""
-        return Pose2D(self._base.x, self._base.y, self._base.yaw)
+        return self._pose
 
     @property
     def face(self) -> Vec3:
@@ -217,6 +218,7 @@ class PointRobot(Robot):
         base = self._base
         self._clearance.observe(self.person, self.time)
         base.advance(dt)
+        self._pose = Pose2D(base.x, base.y, base.yaw)
         for command in self._occupied.values():
             if not command.running:
                 continue

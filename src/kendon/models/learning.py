@@ -1,0 +1,297 @@
+"""Learning a greeting model from greetings, with labels and without (thesis 2.2, 3.5.3).
+
+Where a row has its true phase, the state is known and the model is counted from it; where it has
+none, EM (thesis 2.13-2.16) counts with the probabilities of the phases instead. Both are one
+algorithm: a label restricts the row's state, and the rest follows. States that no label names are
+given names at the end, by their likeness to Kendon's phases.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kendon.errors import ParameterError, UnknownNameError
+from kendon.models.ascent import Run, Search, StartSummary
+from kendon.models.assignment import Assignment, assign
+from kendon.models.em import FREE, pack
+from kendon.models.emissions import GESTURES_FROM, Family
+from kendon.models.greeting import LARGEST, GreetingModel
+from kendon.models.library import load_model
+from kendon.models.prior import Expected, Parameters, Prior
+from kendon.models.starts import start
+from kendon.observations import FEATURES, Observations
+from kendon.person import FloatArray, IntArray
+from kendon.phases import Phase
+
+#: Random starts when some phase has no label. One in four or so leads to the best optimum.
+RANDOM_STARTS = 20
+#: The share of values from nowhere that the robust family expects: about one row in 25, a
+#: greeting, has one among its four measured features.
+OUTLIERS = 0.01
+#: A state or value that has been met for less than this share of a row has not been met.
+_MET = 1e-3
+
+_STATES = len(Phase)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fit:
+    """A learned model and how it was learned."""
+
+    model: GreetingModel
+    log_posteriors: list[float]  # of the best start: before the first iteration, after each
+    log_likelihoods: list[float]  # the same, without the prior
+    starts: list[StartSummary]
+    assignment: Assignment | None  # None: labels or the initial model say what the states are
+    converged: bool
+    greetings: int  # learned from
+    rows: int
+    notes: tuple[str, ...] = ()  # sentences for the user
+
+    @property
+    def iterations(self) -> int:
+        """Of the best start."""
+        return len(self.log_posteriors) - 1
+
+
+def fit(
+    greetings: Sequence[Observations],
+    *,
+    family: Family = Family.ROBUST,
+    labels: bool = True,
+    starts: int | None = None,
+    seed: int = 0,
+    prior: Prior | None = None,
+    iterations: int = 100,
+    gain: float = 0.01,
+    outliers: float = OUTLIERS,
+    allowed: ArrayLike | None = None,
+    initial: GreetingModel | None = None,
+    progress: Callable[[int, int, float], None] | None = None,
+) -> Fit:
+    """Learn a greeting model.
+
+    Rows whose phase is 0 (not greeting) are left out; what lies on either side of them counts as
+    two greetings. Rows whose phase is -1, or all rows of greetings without phases, have no label.
+
+    Args:
+        greetings: what is learned from.
+        family: of the emissions.
+        labels: whether to use the true phases; without them all is found from the observations.
+        starts: how often EM starts anew from chance, the best is taken (by default 20 times); once
+            only if there is no chance in it: every phase has a label, or a model to start from.
+        seed: of the chance.
+        prior: of the parameters; `Prior()` if not given.
+        iterations: at most so many (thesis 3.5.3: 100).
+        gain: the log posterior has converged when it gains less than this (3.5.3: 0.01).
+        outliers: probability of a value from nowhere, of the robust family; it is not learned.
+        allowed: (6, 6), true where a phase may follow a phase; others keep probability 0. Needs
+            labels or an initial model, as without them states have no names to be forbidden by.
+        initial: a model to start from, whose phases the states then are.
+        progress: called with the start, the iteration and the log posterior, all along.
+
+    Raises:
+        ParameterError: there is nothing to learn from, a value is out of its range, or a
+            greeting's labels cannot happen under the moves that are allowed.
+        UnknownNameError: there is no such family.
+    """
+    if family not in list(Family):
+        raise UnknownNameError("family of emissions", family, Family)
+    family, prior = Family(family), prior or Prior()
+    if family is Family.GAUSSIAN:
+        outliers = 0.0
+    _check_numbers(starts, iterations, gain, outliers)
+    sequences, marks, names, notes = _sequences(greetings, family, labels)
+    labelled = np.unique(np.concatenate(marks))
+    labelled = labelled[labelled != FREE]
+    mask = _mask(allowed, len(labelled) > 0 or initial is not None)
+    certain = initial is not None or len(labelled) == _STATES
+    everything_labelled = all((mark != FREE).all() for mark in marks)
+    if certain or everything_labelled:
+        starts = 1
+    data = pack(sequences, marks)
+    rng = np.random.default_rng(seed)
+    search = Search(data, prior, mask, gain, names, progress)
+    runs = []
+    for number in range(starts or RANDOM_STARTS):
+        if initial is not None:
+            parameters = _from_model(initial, family, outliers, mask, prior)
+        else:
+            parameters = start(data, marks, prior, mask, family, outliers, rng)
+        runs.append(Run(number, parameters))
+    best = search.best(runs, iterations)
+    reference = load_model()
+    parameters, expected = best.parameters, best.expected
+    assert expected is not None  # the run was followed
+    known = expected.emissions[:, :, 0].sum(axis=0) >= _MET
+    assignment = None
+    if not certain and not everything_labelled:
+        given = {int(state): Phase(int(state) + 1) for state in labelled}
+        assignment = assign(parameters, reference, given=given, known=tuple(known.tolist()))
+        parameters, expected = _reorder(parameters, expected, assignment.order)
+    parameters, more = _complete(parameters, expected, reference, prior)
+    model = GreetingModel(
+        *parameters,
+        name="learned",
+        title=f"Learned from {len(greetings)} greeting{'s' * (len(greetings) != 1)}",
+        source=f"kendon fit: {data.count} sequences, {data.rows} rows,"
+        f" {'with' if len(labelled) else 'without'} labels",
+    )
+    return Fit(
+        model,
+        best.log_posteriors,
+        best.log_likelihoods,
+        [run.summary for run in runs],
+        assignment,
+        best.converged,
+        data.count,
+        data.rows,
+        (*notes, *more),
+    )
+
+
+def _check_numbers(starts: int | None, iterations: int, gain: float, outliers: float) -> None:
+    if starts is not None and starts < 1:
+        raise ParameterError(f"EM starts at least once, not {starts} times")
+    if iterations < 0:
+        raise ParameterError(f"iterations must not be negative, but are {iterations}")
+    if not gain >= 0:
+        raise ParameterError(f"the gain must not be negative, but is {gain}")
+    if not 0 <= outliers < 1:
+        raise ParameterError(f"outliers is a probability below 1, not {outliers}")
+
+
+def _sequences(
+    greetings: Sequence[Observations], family: Family, labels: bool
+) -> tuple[list[FloatArray], list[IntArray], list[str], list[str]]:
+    """The stretches that are greeting, their labels and names, and notes for the user."""
+    sequences, marks, names = [], [], []
+    left_out = 0
+    for number, greeting in enumerate(greetings):
+        name = greeting.name or f"greeting {number}"
+        _check_values(greeting.values, family, name)
+        phases = greeting.phases if greeting.phases is not None else np.full(len(greeting), FREE)
+        if len(phases) and not (phases.min() >= FREE and phases.max() <= _STATES):
+            raise ParameterError(
+                f"{name}: phases are 1 to {_STATES}, 0 = not greeting, -1 = not labelled"
+            )
+        rows = np.flatnonzero(phases != 0)
+        left_out += len(phases) - len(rows)
+        for stretch in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+            if len(stretch):
+                sequences.append(np.asarray(greeting.values[stretch], dtype=float))
+                known = phases[stretch]
+                marks.append(np.where((known > 0) & labels, known - 1, FREE).astype(np.int64))
+                names.append(name)
+    if not sequences:
+        raise ParameterError("there is no greeting to learn from: no row but those of phase 0")
+    if not any((~np.isnan(sequence)).any() for sequence in sequences):
+        raise ParameterError("there is nothing to learn from: every value is unknown")
+    notes = []
+    if left_out:
+        notes.append(
+            f"{left_out} row{'s' * (left_out != 1)} of people who do not greet (phase 0) left out"
+        )
+    return sequences, marks, names, notes
+
+
+def _check_values(values: FloatArray, family: Family, name: str) -> None:
+    wrong = np.asarray(np.abs(values) > LARGEST)  # False for NaN
+    limit = f"beyond all measure, {LARGEST:g}"
+    if not wrong.any() and family is Family.ROBUST:
+        hands = values[:, GESTURES_FROM:]
+        wrong[:, GESTURES_FROM:] = (hands < 0) | (hands > 1)
+        limit = "no probability"
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0].tolist()
+        raise ParameterError(
+            f"{name}: {FEATURES[column]} of observation {row} is {values[row, column]:g}, {limit}"
+        )
+
+
+def _mask(allowed: ArrayLike | None, named: bool) -> NDArray[np.bool_]:
+    if allowed is None:
+        return np.ones((_STATES, _STATES), dtype=bool)
+    mask = np.asarray(allowed, dtype=bool)
+    if mask.shape != (_STATES, _STATES) or not mask.any(axis=1).all():
+        raise ParameterError(
+            f"allowed moves have shape {(_STATES, _STATES)} and at least one in each row"
+        )
+    if not named:
+        raise ParameterError("allowed moves need labels or an initial model: states have no names")
+    return mask
+
+
+def _from_model(
+    model: GreetingModel,
+    family: Family,
+    outliers: float,
+    allowed: NDArray[np.bool_],
+    prior: Prior,
+) -> Parameters:
+    """A model as parameters of a family."""
+    transmat = model.transmat * allowed
+    if not (transmat.sum(axis=1) > 0).all():
+        raise ParameterError("the initial model has a phase with no allowed move")
+    transmat = transmat / transmat.sum(axis=1, keepdims=True)
+    means, variances = model.means.copy(), np.maximum(model.variances, np.square(prior.least))
+    if family is Family.ROBUST:
+        hands = slice(GESTURES_FROM, None)
+        surest = min(prior.certainty, 0.999)
+        means[:, hands] = means[:, hands].clip(1 - surest, surest)
+        variances[:, hands] = means[:, hands] * (1 - means[:, hands])
+    return Parameters(model.startprob.copy(), transmat, means, variances, family, outliers)
+
+
+def _reorder(
+    parameters: Parameters, expected: Expected, order: list[int]
+) -> tuple[Parameters, Expected]:
+    """States in the order of their phases."""
+    return (
+        parameters._replace(
+            startprob=parameters.startprob[order],
+            transmat=parameters.transmat[np.ix_(order, order)],
+            means=parameters.means[order],
+            variances=parameters.variances[order],
+        ),
+        Expected(
+            expected.starts[order],
+            expected.moves[np.ix_(order, order)],
+            expected.emissions[order],
+        ),
+    )
+
+
+def _complete(
+    parameters: Parameters, expected: Expected, reference: GreetingModel, prior: Prior
+) -> tuple[Parameters, list[str]]:
+    """Kendon's values for what the data have never shown, and notes that say so."""
+    unmet = expected.emissions[:, :, 0] < _MET  # (K, F)
+    if not unmet.any():
+        return parameters, []
+    theirs = _from_model(
+        reference, parameters.family, parameters.outliers, reference.transmat > 0, prior
+    )
+    means = np.where(unmet, theirs.means, parameters.means)
+    variances = np.where(unmet, theirs.variances, parameters.variances)
+    transmat = parameters.transmat.copy()
+    absent = unmet.all(axis=1)
+    transmat[absent] = theirs.transmat[absent]
+    notes = []
+    for phase in np.flatnonzero(absent).tolist():
+        notes.append(f"{Phase(phase + 1).name} never happens: its row is the Kendon model's")
+    features = np.flatnonzero(unmet.all(axis=0)).tolist()
+    if features:
+        unknown = ", ".join(FEATURES[f] for f in features)
+        notes.append(f"{unknown} unknown throughout: the numbers are the Kendon model's")
+    rest = unmet & ~absent[:, None] & ~unmet.all(axis=0)
+    for phase, feature in np.argwhere(rest).tolist():
+        notes.append(
+            f"{FEATURES[feature]} is never known in {Phase(phase + 1).name}:"
+            " the number is the Kendon model's"
+        )
+    return parameters._replace(transmat=transmat, means=means, variances=variances), notes
