@@ -21,7 +21,17 @@ from kendon.errors import (
 )
 from kendon.features import Sampler, observe
 from kendon.greeter import Encounter, Greeter, Moment
-from kendon.models import Belief, GreetingModel, Tracker, load_model, model_names
+from kendon.models import (
+    Belief,
+    Fit,
+    GreetingModel,
+    Prior,
+    Tracker,
+    fit,
+    load_model,
+    model_names,
+    save_model,
+)
 from kendon.observations import (
     FEATURES,
     Observation,
@@ -41,6 +51,7 @@ __all__ = [
     "Belief",
     "DataError",
     "Encounter",
+    "Fit",
     "Greeter",
     "GreetingModel",
     "GreetingTree",
@@ -54,6 +65,7 @@ __all__ = [
     "PersonFrame",
     "Phase",
     "PointRobot",
+    "Prior",
     "Robot",
     "RobotError",
     "Sampler",
@@ -63,12 +75,14 @@ __all__ = [
     "TreeError",
     "UnknownNameError",
     "__version__",
+    "fit",
     "load_model",
     "model_names",
     "observe",
     "open_source",
     "read_observations",
     "read_track",
+    "save_model",
     "write_observations",
     "write_track",
 ]

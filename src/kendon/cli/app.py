@@ -12,6 +12,8 @@ from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
 from kendon.cli.evaluate import EPILOG as EVALUATE_EPILOG
 from kendon.cli.evaluate import evaluate_command
+from kendon.cli.fit import EPILOG as FIT_EPILOG
+from kendon.cli.fit import fit_command
 from kendon.cli.greet import EPILOG as GREET_EPILOG
 from kendon.cli.greet import greet_command
 from kendon.cli.information import (
@@ -36,6 +38,7 @@ app = typer.Typer(
 app.command("greet", epilog=GREET_EPILOG)(greet_command)
 app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
+app.command("fit", epilog=FIT_EPILOG)(fit_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
 app.command("sources")(sources_command)
 app.command("models")(models_command)

@@ -58,16 +58,19 @@ def fit_command(
     ],
     target: Annotated[Path, typer.Option("--out", help="The model file to write, .toml.")],
     family: Annotated[
-        Family,
-        typer.Option(help="The thesis's normal distributions, or ones that stand wild values."),
-    ] = Family.ROBUST,
+        Family | None,
+        typer.Option(
+            help="The thesis's normal distributions, or ones that stand wild values; robust if not"
+            " given, gaussian if there are phases without labels."
+        ),
+    ] = None,
     ignore_labels: Annotated[
         bool, typer.Option("--ignore-labels", help="Learn without the true phases in the files.")
     ] = False,
     starts: Annotated[
         int | None,
         typer.Option(
-            min=1, help="How often to start from chance when there are unlabelled phases; 20."
+            min=1, help="How often to start from chance when there are unlabelled phases; 60."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same model.")] = 0,

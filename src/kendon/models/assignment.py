@@ -25,8 +25,8 @@ from kendon.phases import PHASE_NAMES, Phase
 #: A difference counts no more than three spreads in any one feature: where people stand differs
 #: between a hall and a small room (3.5.4), and must not outvote all else.
 _MOST = 9.0
-#: A margin below this, one spread in two features, is a name that might as well be another.
-AMBIGUOUS = 2.0
+#: A margin below this, two spreads in one feature, is a name that might as well be another.
+AMBIGUOUS = 4.0
 #: Steps over which one looks when states happen: 10 s, a greeting.
 _HORIZON = 50
 #: A gesture's probability comes from a detector: its spread is never less.

@@ -102,6 +102,7 @@ class GreetingModel:
     def _check_family(self) -> None:
         if self.family not in list(Family):
             raise UnknownNameError("family of emissions", self.family, Family)
+        object.__setattr__(self, "family", Family(self.family))  # from a file it is a word
         if not 0 <= self.outliers < 1 or (self.outliers and self.family is Family.GAUSSIAN):
             raise ParameterError(
                 f"model {self.name!r}: outliers is a probability below 1, and of the robust family"

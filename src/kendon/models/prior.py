@@ -46,9 +46,10 @@ class Prior:
     """A prior of the parameters: Dirichlet, normal-inverse-gamma and Beta.
 
     The default is weak: a greeting of 25 rows outweighs it. The deviations are the smallest that
-    the published Kendon model has, the least deviations what a person's sway and the sensors of
-    the thesis leave open anyhow. That of a Gaussian gesture keeps a detector's 0.5, half way, 2.5
-    deviations from both ends, even if all gestures of the training were keys, 0 or 1.
+    the published Kendon model has. No phase may be narrower than that either: a state that shrinks
+    to what a few rows have in common (all quite still, none smiling) gains likelihood without
+    end and tells nothing of greetings. That of a Gaussian gesture keeps a detector's 0.5, half
+    way, 2.5 deviations from both ends, even if all gestures of the training were keys, 0 or 1.
 
     Raises:
         ParameterError: a number is negative, not finite, or out of its range.
@@ -59,7 +60,7 @@ class Prior:
     means: float = 0.01  # further rows at the mean of all data, per state (normal)
     variances: float = 2.0  # further rows of `deviations`, per state (inverse gamma)
     deviations: tuple[float, ...] = (0.4, 0.15, 0.5, 0.8, 0.2, 0.2, 0.2)
-    least: tuple[float, ...] = (0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.2)  # no deviation is smaller
+    least: tuple[float, ...] = (0.4, 0.15, 0.5, 0.8, 0.2, 0.2, 0.2)  # no deviation is smaller
     gestures: float = 1.0  # further rows with and as many without a robust gesture (Beta)
     certainty: float = 0.99  # no gesture of a phase is more certain, to be there or not
 

@@ -41,7 +41,9 @@ def sample(model: GreetingModel, lengths: list[int], seed: int = 0) -> list[Obse
     states[:, 0] = _draw(model.startprob.cumsum(), rng.random(count))
     for t in range(1, longest):
         states[:, t] = _draw(moves[states[:, t - 1]], rng.random(count))
-    values = rng.normal(model.means[states], np.sqrt(model.variances)[states])
+    values: FloatArray = np.sqrt(model.variances)[states]
+    values *= rng.standard_normal(values.shape)
+    values += model.means[states]
     if model.family is Family.ROBUST:
         nowhere = rng.random((*states.shape, GESTURES_FROM)) < model.outliers
         anything = rng.uniform(_LOWEST, np.add(_LOWEST, RANGES), nowhere.shape)
@@ -50,8 +52,8 @@ def sample(model: GreetingModel, lengths: list[int], seed: int = 0) -> list[Obse
         values[:, :, GESTURES_FROM:] = rng.random(gestures.shape) < gestures
     return [
         Observations(
-            _PERIOD * np.arange(1, length + 1),
-            np.asarray(values[i, :length], dtype=np.float64),
+            _PERIOD * np.arange(1, length + 1, dtype=np.float64),
+            values[i, :length],
             states[i, :length] + 1,
             f"{model.name}-{i + 1}",
         )

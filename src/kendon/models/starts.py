@@ -75,6 +75,7 @@ def start(
             members = (chunk.labels == np.arange(states)[:, None]).astype(float)
             emissions += _statistics(chunk.values, chunk.known, members)
     starts, moves = count_labels(labels, states)
+    moves = moves * allowed
     labelled = emissions[:, :, 0].sum(axis=1) > 0
     for chunk in data.chunks:  # a labelled row may be unknown in all its features
         if chunk.labels is not None:
@@ -84,7 +85,7 @@ def start(
         emissions += _random_statistics(data, emissions, labelled, rng)
     if free:
         chance = 0.5 * np.eye(states) + 0.5 * rng.dirichlet(np.ones(states), states)
-        moves = (moves + _RANDOM_MOVES * chance) * allowed
+        moves = moves + _RANDOM_MOVES * chance * allowed
         starts = starts + rng.dirichlet(np.ones(states))
     if family is Family.ROBUST:  # a gesture's value is how much of it is there
         hands = slice(GESTURES_FROM, None)
