@@ -240,7 +240,11 @@ def test_keys_are_pressed_as_the_true_phases_say(tmp_path: Path) -> None:
     seen = load_observations(str(path), gestures_from_phases=True)
     assert seen.phases is not None
     for place, phase in ((4, Phase.DS), (5, Phase.CS), (6, Phase.HD)):
-        assert (seen.values[:, place] == (seen.phases == phase)).all()
+        pressed = seen.values[:, place]
+        # A phase that changes in the middle of an interval leaves the key half pressed.
+        sure = pressed != 0.5
+        assert sure.sum() > 0.9 * len(pressed)
+        np.testing.assert_array_equal(pressed[sure], (seen.phases == phase)[sure])
     unlabelled = Track(**{**vars(bare), "phases": None})
     write_track(unlabelled, path)
     with pytest.raises(ParameterError, match="no true phases"):

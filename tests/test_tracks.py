@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -226,6 +227,28 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
         write_table(path, ["t"], rows_that_break())  # type: ignore[arg-type]
     assert path.read_text(encoding="utf-8") == "before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX systems have a umask")
+def test_a_file_gets_the_permissions_the_umask_leaves_and_the_umask_stays(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        write_table(tmp_path / "new.csv", ["t"], [[0.0]])
+        assert os.umask(0o027) == 0o027
+    finally:
+        os.umask(before)
+    assert (tmp_path / "new.csv").stat().st_mode & 0o777 == 0o640
+
+
+def test_the_umask_of_the_process_is_never_touched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(mask: int) -> int:
+        raise AssertionError("another thread would create its files with this mask")
+
+    monkeypatch.setattr(os, "umask", refuse)
+    write_table(tmp_path / "new.csv", ["t"], [[0.0]])
+    assert [path.name for path in tmp_path.iterdir()] == ["new.csv"]
 
 
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:

@@ -160,6 +160,8 @@ class Greeter:
             self._seen, self._seen_at = frame, frame.t
 
     def _observe(self, observation: Observation) -> None:
+        if self._seen is None:
+            return  # a belief about nobody would go from phase to phase by the odds alone
         self._newest = observation, self._tracker.step(observation)
 
     def _tick(self, t: float) -> Moment:
@@ -291,6 +293,6 @@ class Encounter:
         """
         if not self._rows:
             raise ParameterError(
-                f"{self.title}: nothing to read; the source must last at least one interval of"
-                f" {Sampler().period:g} s"
+                f"{self.title}: nothing to read; somebody must be seen, for at least one interval"
+                f" of {Sampler().period:g} s"
             )

@@ -225,19 +225,24 @@ def test_eyes_that_look_where_the_head_points_agree_with_it(
 
 
 def test_where_a_ray_pierces_the_plane() -> None:
-    origin = np.array([[2.0, 1.0, 1.5]] * 4)
-    direction = np.array([[-1.0, -0.5, -0.25], [1.0, 0, 0], [0, 1.0, 0], [np.nan, 0, 0]])
-    got = pierce(origin, direction, np.array([0.5, 9.0, 9.0]))
-    np.testing.assert_allclose(got[0], [0.5, 0.25, 1.125])
-    assert np.isinf(got[1:3]).all()
-    assert np.isnan(got[3]).all()
+    face = (0.5, 9.0, 9.0)
+    ahead = (2.0, 1.0, 1.5)
+    assert pierce(ahead, (-1.0, -0.5, -0.25), face) == pytest.approx((0.5, 0.25, 1.125))
+    for away in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]:
+        assert np.isinf(pierce(ahead, away, face)).all()
+    assert np.isnan(pierce(ahead, (math.nan, 0.0, 0.0), face)).all()
+
+
+@pytest.mark.parametrize("x", [0.5, 0.4, -3.0])
+@pytest.mark.parametrize("way", [(-1.0, 0.0, 0.0), (1.0, 0.2, 0.1), (1.0, 0.0, 0.0)])
+def test_who_stands_behind_the_robots_face_cannot_look_at_it(x: float, way: Vec3) -> None:
+    behind, face = (x, 0.0, 1.2), (0.5, 0.0, 1.2)
+    assert np.isinf(pierce(behind, way, face)).all()
+    assert of_eyes((behind, behind), (way, way), face) == GAZE_CEILING
+    assert of_head(behind, quaternion(math.atan2(way[1], way[0])), face) == GAZE_CEILING
 
 
 # ---- which of the two
-
-
-def blended(eye: float, head: float, distance: float) -> float:
-    return float(blend(np.array(eye), np.array(head), np.array(distance)))
 
 
 @pytest.mark.parametrize(
@@ -245,23 +250,23 @@ def blended(eye: float, head: float, distance: float) -> float:
     [(0.3, 0.2), (1.5, 0.2), (1.75, 0.4), (2.0, 0.6), (2.25, 0.8), (2.5, 1.0), (9.0, 1.0)],
 )
 def test_eyes_near_head_far_and_a_straight_line_between(distance: float, expected: float) -> None:
-    assert blended(0.2, 1.0, distance) == pytest.approx(expected)
+    assert blend(0.2, 1.0, distance) == pytest.approx(expected)
 
 
 @given(st.floats(0, 2), st.floats(0, 2), st.floats(0.5, 4), st.floats(0, 1e-6))
 def test_the_hand_over_has_no_steps(eye: float, head: float, at: float, step: float) -> None:
-    assert blended(eye, head, at + step) == pytest.approx(blended(eye, head, at), abs=1e-5)
+    assert blend(eye, head, at + step) == pytest.approx(blend(eye, head, at), abs=1e-5)
     between = sorted((eye, head))
-    assert between[0] - 1e-12 <= blended(eye, head, at) <= between[1] + 1e-12
+    assert between[0] - 1e-12 <= blend(eye, head, at) <= between[1] + 1e-12
 
 
 def test_what_is_unknown_leaves_the_decision_to_the_other_but_far_eyes_never_decide() -> None:
     for distance in (0.5, 2.0):
-        assert blended(0.3, math.nan, distance) == 0.3
-    assert math.isnan(blended(0.3, math.nan, 2.6))
+        assert blend(0.3, math.nan, distance) == 0.3
+    assert math.isnan(blend(0.3, math.nan, 2.6))
     for distance in (0.5, 2.0, 2.6, math.nan):
-        assert blended(math.nan, 0.7, distance) == 0.7
-    assert math.isnan(blended(math.nan, math.nan, 1.0))
+        assert blend(math.nan, 0.7, distance) == 0.7
+    assert math.isnan(blend(math.nan, math.nan, 1.0))
 
 
 # ---- smile

@@ -42,10 +42,7 @@ def test_to_world_is_the_robots_pose_applied(robot: Pose2D, head: Vec3) -> None:
 
 def test_speed_by_hand() -> None:
     # From 5 m to 4 m away from the robot's previous place in half a second.
-    got = closing_speed(
-        np.array([3.0, 4.0]), np.array([4.0, 0.0]), np.array([0.0, 0.0]), np.array(0.5)
-    )
-    assert float(got) == pytest.approx(2.0)
+    assert closing_speed((3.0, 4.0), (4.0, 0.0), (0.0, 0.0), 0.5) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("rate", [10, 12.5, 25, 30, 60])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 import pytest
@@ -201,30 +200,17 @@ def test_points_out_of_this_world_are_refused_by_the_robot() -> None:
         assert "farther than 1000 m away" in command.reason
 
 
-def test_a_long_wait_costs_nothing() -> None:
+def test_a_long_wait_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     robot = PointRobot()
+    steps: list[float] = []
+    one_step = robot._base._step
+
+    def step(h: float) -> bool:
+        steps.append(h)
+        return one_step(h)
+
     drive = robot.go_to(Pose2D(2.0, 1.0, 0.0))
-    before = time.perf_counter()
+    monkeypatch.setattr(robot._base, "_step", step)
     robot.update(1.7e9)  # a robot whose clock is the time of day
-    assert time.perf_counter() - before < 1.0
+    assert len(steps) < 1000  # it drove there and then stood, without a step for all that time
     assert drive.status is CommandStatus.SUCCEEDED
-
-
-def test_an_update_is_cheap() -> None:
-    """About 2 us idle and 60 us busy; the bounds leave room for a slow, loaded machine."""
-
-    def best(robot: PointRobot) -> float:
-        times = []
-        for _ in range(300):
-            before = time.perf_counter()
-            robot.update(robot.time + 0.1)
-            times.append(time.perf_counter() - before)
-        return min(times)
-
-    assert best(PointRobot()) < 50e-6
-    busy = PointRobot(gesture_seconds={"wave": 1e6}, speech_rate=1e-6)
-    busy.person = (500.0, 1.0, 1.6)
-    busy.go_to(Pose2D(900.0, 1.0, 0.0))
-    busy.gesture("wave")
-    busy.say("hello")
-    assert best(busy) < 500e-6

@@ -228,7 +228,7 @@ def test_a_gesture_the_robot_does_not_have() -> None:
     stage = Stage('<ArmRoutines gesture="ANGRY"/>')
     assert stage.run(None) is Status.FAILURE
     assert stage.message("ArmRoutines").startswith(
-        "there is no gesture 'angry'; valid: home, wave, handshake, stretch."
+        "there is no gesture 'angry'; valid: home, wave, handshake, stretch"
     )
 
 

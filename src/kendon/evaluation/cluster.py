@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,14 +14,14 @@ from kendon.errors import MissingExtraError, ParameterError
 PATIENCE = 10.0
 
 
-def require_dask() -> None:
-    """Refuse to go on without the extra.
+def require_dask() -> Any:
+    """The module `distributed`, or a refusal to go on without the extra.
 
     Raises:
         MissingExtraError: it is not installed.
     """
     try:
-        import distributed  # noqa: F401
+        return importlib.import_module("distributed")
     except ImportError:
         raise MissingExtraError("computing on a Dask cluster", "cluster", "distributed") from None
 
@@ -36,12 +37,11 @@ def dask_cluster(address: str) -> Iterator[None]:
         MissingExtraError: the extra is not installed.
         ParameterError: nothing answers there, it has no workers, or they have another kendon.
     """
-    require_dask()
-    from distributed import Client
+    distributed = require_dask()
     from joblib import parallel_config
 
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise ParameterError(f"no Dask scheduler answers at {address!r} ({reason})") from None

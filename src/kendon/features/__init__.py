@@ -2,8 +2,9 @@
 
 from kendon.features.gaze import eye_gaze, head_gaze
 from kendon.features.proxemics import closing_speed, distance
-from kendon.features.sampler import PERIOD, ROBOT_FACE, Sampler, observe
+from kendon.features.sampler import PERIOD, ROBOT_FACE, Sampler
 from kendon.features.smile import smile
+from kendon.features.track import observe
 
 __all__ = [
     "PERIOD",

@@ -25,14 +25,14 @@ UNSURE = 1.0
 #: So far back the noise is estimated from [s].
 NOISE_SPAN = 1.0
 #: The noise that is assumed while there are too few positions to estimate it: a head sways [m].
-_PRIOR_NOISE = 0.02
+PRIOR_NOISE = 0.02
 #: The lower quartile of the absolute value of a standard normal variable. The quartile, not the
 #: median: a single wild position spoils the comparison with its two neighbours as well.
-_QUARTILE = 0.3186
+QUARTILE = 0.3186
 #: Standard error of repeated medians over that of least squares, for normal noise.
-_INEFFICIENCY = 1.25
+INEFFICIENCY = 1.25
 #: Stamps are rounded to milliseconds or finer in files [s].
-_ROUNDED = 1e-3
+ROUNDED = 1e-3
 #: Positions this old are never looked at again [s]; they are let go of when twice as old.
 _KEPT = 1.5 * NOISE_SPAN
 
@@ -86,7 +86,7 @@ class Walk:
         # Where the lines are now and were a period before, in both directions.
         now_x, before_x = _ends_of_line(t, self._x[begin:], end, period)
         now_y, before_y = _ends_of_line(t, self._y[begin:], end, period)
-        then = max(bisect_right(t, end - period + _ROUNDED) - 1, 0)
+        then = max(bisect_right(t, end - period + ROUNDED) - 1, 0)
         return closing_speed(
             (before_x, before_y), (now_x, now_y), self._robot[begin + then], period
         )
@@ -94,28 +94,28 @@ class Walk:
     def _line_from(self, end: float, period: float) -> int | None:
         """The first position of the shortest line that is sure enough, else of the surest."""
         stamps = self._t
-        spread = _INEFFICIENCY * math.sqrt(12) * self._noise(end)
+        noise = self._noise(end)
         best, least = None, UNSURE
         for window in WINDOWS:
-            begin = bisect_left(stamps, end - window - _ROUNDED)
+            begin = bisect_left(stamps, end - window - ROUNDED)
             count = len(stamps) - begin
             if count < 2:
                 continue
             span = stamps[-1] - stamps[begin]
             if span < period / 2:
                 continue
-            error = spread / (math.sqrt(count) * span)
+            error = INEFFICIENCY * noise * math.sqrt(12 / count) / span
             if error <= SURE:
                 return begin
-            if error <= least:
+            if error < least or (best is None and error == least):
                 best, least = begin, error
         return best
 
     def _noise(self, end: float) -> float:
         """The standard deviation of the positions around a smooth path [m]."""
-        begin = bisect_left(self._t, end - NOISE_SPAN - _ROUNDED)
+        begin = bisect_left(self._t, end - NOISE_SPAN - ROUNDED)
         asides = sorted(self._aside[max(begin - 1, 0) :])
-        return asides[(len(asides) - 1) // 4] / _QUARTILE if asides else _PRIOR_NOISE
+        return asides[(len(asides) - 1) // 4] / QUARTILE if asides else PRIOR_NOISE
 
     def _off_the_path(self) -> float:
         """How far the last position but one lies off the line between its neighbours [m].
@@ -128,7 +128,8 @@ class Walk:
         y0, y1, y2 = self._y[-3:]
         share = (t1 - t0) / (t2 - t0)
         rest = 1 - share
-        off = math.hypot(x1 - rest * x0 - share * x2, y1 - rest * y0 - share * y2)
+        aside_x, aside_y = x1 - (rest * x0 + share * x2), y1 - (rest * y0 + share * y2)
+        off = math.sqrt(aside_x * aside_x + aside_y * aside_y)
         return off / math.sqrt(1 + share * share + rest * rest)
 
 

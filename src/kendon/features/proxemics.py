@@ -12,13 +12,16 @@ from kendon.person import FloatArray
 def distance(head: FloatArray) -> FloatArray:
     """Ground-plane distance between the robot's base and the face (thesis 3.1) [m].
 
+    Written out rather than with `np.hypot`, which rounds differently from plain numbers.
+
     Args:
         head: faces in ``base_footprint``, shape (..., 3) [m].
 
     Returns:
         Shape (...).
     """
-    return np.asarray(np.hypot(head[..., 0], head[..., 1]))
+    x, y = head[..., 0], head[..., 1]
+    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def to_world(head: FloatArray, robot: FloatArray) -> FloatArray:

@@ -1,0 +1,125 @@
+"""The observations of a whole recording at once, with arrays: a `Sampler`'s numbers, sooner."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kendon.errors import ParameterError
+from kendon.features.gaze import blend, eye_gaze, head_gaze
+from kendon.features.motion_of_track import Positions, approach_speeds, median
+from kendon.features.proxemics import distance, to_world
+from kendon.features.sampler import (
+    PERIOD,
+    ROBOT_FACE,
+    ROUNDING,
+    SPACINGS,
+    TOLERANCE,
+    Sampler,
+    checked_face,
+    checked_period,
+    still_counts,
+)
+from kendon.geometry import Vec3
+from kendon.observations import Observations
+from kendon.person import FloatArray, IntArray, Track
+from kendon.tracks import MAX_GAP
+
+
+def observe(
+    track: Track, robot_face: Vec3 = ROBOT_FACE, period: float = PERIOD, *, name: str | None = None
+) -> Observations:
+    """The observations of a whole track; the same numbers as a `Sampler` gives frame by frame.
+
+    The true phase of an observation is that of its interval's middle frame, the phase the person
+    is in for most of the interval.
+
+    Args:
+        track: at least one interval long.
+        robot_face: the robot's face in its base frame [m].
+        period: the interval between observations [s].
+        name: of the result; the track's own by default.
+
+    Raises:
+        ParameterError: the face is not finite, the period is not positive, or the track is
+            shorter than one interval.
+    """
+    face, period = checked_face(robot_face), checked_period(period)
+    name = track.name if name is None else name
+    if (np.diff(track.t) > MAX_GAP).any():
+        return _observed_frame_by_frame(track, face, period, name)
+    # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
+    ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
+    ends = ends[ends <= track.t[-1:] + TOLERANCE + ROUNDING]
+    if not len(ends):
+        raise ParameterError(
+            f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
+            f" the first observation needs {period:g} s"
+        )
+    starts, stops = _rows_of_intervals(track.t, ends)
+    medians = _medians(track, starts, stops, face)
+    speeds = _speeds(track, starts, stops, ends, period)
+    values = np.column_stack([medians[:, 0], speeds, medians[:, 1:]])
+    phases = None if track.phases is None else _phases(track.phases, starts, stops)
+    return Observations(ends, values, phases, name)
+
+
+def _observed_frame_by_frame(track: Track, face: Vec3, period: float, name: str) -> Observations:
+    """For a track with a leap of the clock, at which a sampler begins anew."""
+    sampler = Sampler(face, period)
+    rows = [seen for frame in track for seen in sampler.push(frame)]
+    rows += sampler.advance(float(track.t[-1]) + TOLERANCE)
+    seen = Observations.from_rows(rows, name)
+    if track.phases is None:
+        return seen
+    stops = np.searchsorted(track.t, seen.t + TOLERANCE, side="right")
+    starts = np.concatenate([[0], stops[:-1]])
+    return Observations(seen.t, seen.values, _phases(track.phases, starts, stops), name)
+
+
+def _rows_of_intervals(t: FloatArray, ends: FloatArray) -> tuple[IntArray, IntArray]:
+    """The first row of each interval and the row after its last one."""
+    stops = np.searchsorted(t, ends + TOLERANCE, side="right")
+    starts = np.concatenate([[0], stops[:-1]])
+    for k in np.flatnonzero(starts == stops).tolist():
+        newest = t[max(0, stops[k] - SPACINGS - 1) : stops[k]]
+        if still_counts(newest.tolist(), float(ends[k])):
+            starts[k] -= 1
+    return starts, stops
+
+
+def _medians(track: Track, starts: IntArray, stops: IntArray, face: Vec3) -> FloatArray:
+    """Distance, gaze, smile and gestures of K intervals, shape (K, 6)."""
+    way = distance(track.head)
+    look = head_gaze(track.head, track.head_rotation, face)
+    if np.isfinite(track.eyes).any():
+        eyes = eye_gaze(track.eyes, track.eye_gaze, face)
+        rows_of_gaze = zip(eyes.tolist(), look.tolist(), way.tolist(), strict=True)
+        look = np.array([blend(*row) for row in rows_of_gaze])
+    rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
+    values = np.column_stack([way, look, track.smile, track.gestures])
+    taken = values[np.minimum(rows, len(track) - 1)]
+    taken[rows >= stops[:, None]] = np.nan
+    return median(taken)
+
+
+def _speeds(
+    track: Track, starts: IntArray, stops: IntArray, ends: FloatArray, period: float
+) -> FloatArray:
+    """The person's speed at the ends of K intervals, shape (K,)."""
+    places = to_world(track.head, track.robot)
+    known = np.flatnonzero(np.isfinite(places).all(axis=1))
+    first, stop = np.searchsorted(known, starts), np.searchsorted(known, stops)
+    # A run of positions begins where the person is first seen again after a blind interval.
+    blind = first == stop
+    runs = np.concatenate([[0], np.maximum.accumulate(np.where(blind, stop, 0))[:-1]])
+    positions = Positions(track.t[known], places[known], track.robot[known, :2])
+    speeds = approach_speeds(positions, runs, stop, ends, period)
+    speeds[blind] = np.nan
+    return speeds
+
+
+def _phases(phases: IntArray, starts: IntArray, stops: IntArray) -> IntArray:
+    middle = (starts + stops) // 2
+    return np.where(stops > starts, phases[np.minimum(middle, len(phases) - 1)], -1)
