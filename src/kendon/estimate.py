@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +22,26 @@ class Decoder(StrEnum):
 
     FILTER = "filter"  # causal: what a robot knows at that instant (thesis Algorithm 1)
     VITERBI = "viterbi"  # the most probable path of the whole recording (thesis 2.7-2.12)
+
+
+class Stretch(NamedTuple):
+    """Rows from `start` up to, not including, `stop` with the same number."""
+
+    start: int
+    stop: int
+    number: int
+
+
+def stretches(numbers: IntArray) -> list[Stretch]:
+    """The stretches of equal numbers of an array, in order.
+
+    >>> stretches(np.array([4, 4, 2]))
+    [Stretch(start=0, stop=2, number=4), Stretch(start=2, stop=3, number=2)]
+    """
+    if not len(numbers):
+        return []
+    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    return [Stretch(a, b, int(numbers[a])) for a, b in pairwise(cuts)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +69,7 @@ class Estimate:
     @property
     def sequence(self) -> list[Phase]:
         """The phases in the order they were entered."""
-        changed = np.flatnonzero(np.diff(self.phases, prepend=0))
-        return [Phase(n) for n in self.phases[changed].tolist()]
+        return [Phase(part.number) for part in stretches(self.phases)]
 
     def write(self, path: str | Path) -> None:
         """Write ``t,phase,p_IA..p_CS`` and the seven features as CSV."""

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from kendon.estimate import stretches
 from kendon.evaluation import BASELINES, EngagementZones, ProxemicStateMachine, Reader
-from kendon.evaluation.metrics import stretches
 from kendon.observations import Observations
 from kendon.person import FloatArray
 from kendon.phases import Phase

@@ -27,12 +27,14 @@ from kendon.cli.options import (
     source_options,
 )
 from kendon.errors import ParameterError
-from kendon.estimate import Decoder, Estimate, estimate
+from kendon.estimate import Decoder, Estimate, estimate, stretches
+from kendon.features import PERIOD
 from kendon.geometry import Vec3
 from kendon.greetings import expand, load_observations
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.observations import Observations
 from kendon.person import PersonFrame
+from kendon.phases import Phase
 from kendon.sources import SourceOptions
 
 EPILOG = """
@@ -173,7 +175,7 @@ def _summary(files: list[str], estimates: list[Estimate], title: str) -> Table:
         score = result.score
         right, labelled = right + score[0], labelled + score[1]
         row: list[str | Text] = [
-            Path(file).name, f"{len(result.phases) * 0.2:.1f}", phase_line(result),
+            Path(file).name, f"{len(result.phases) * PERIOD:.1f}", phase_line(result),
         ]  # fmt: skip
         if truth_known:
             row += [f"{score[0]}/{score[1]}", f"{result.accuracy:.3f}"] if score[1] else ["–", "–"]
@@ -198,12 +200,11 @@ def _timeline(result: Estimate) -> Table:
     table = Table(box=None, pad_edge=False)
     for column in ("from [s]", "to [s]", "phase"):
         table.add_column(column, justify="left" if column == "phase" else "right")
-    t, phases = result.observations.t, result.phases
-    starts = [0, *(i for i in range(1, len(t)) if phases[i] != phases[i - 1])]
-    for start, stop in zip(starts, [*starts[1:], len(t)], strict=True):
-        phase = result.sequence[starts.index(start)]
+    t = result.observations.t
+    for start, stop, number in stretches(result.phases):
+        phase = Phase(number)
         table.add_row(
-            f"{t[start] - 0.2:.1f}", f"{t[stop - 1]:.1f}",
+            f"{t[start] - PERIOD:.1f}", f"{t[stop - 1]:.1f}",
             Text(f"{phase.name}  {phase.title}", style=phase.color),
         )  # fmt: skip
     return table

@@ -11,8 +11,8 @@ from html import escape
 
 import numpy as np
 
+from kendon.estimate import stretches
 from kendon.evaluation.comparison import Interval
-from kendon.evaluation.metrics import stretches
 from kendon.person import FloatArray, IntArray
 from kendon.phases import Phase
 

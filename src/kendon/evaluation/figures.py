@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from kendon.errors import DataError
-from kendon.evaluation.metrics import stretches
+from kendon.estimate import stretches
 from kendon.evaluation.results import Evaluation, Result
 from kendon.observations import Observations
 from kendon.person import IntArray

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from kendon.errors import ParameterError
+from kendon.estimate import stretches
 from kendon.person import FloatArray, IntArray
 from kendon.phases import Phase
 
@@ -68,26 +68,6 @@ def phase_scores(counts: IntArray) -> PhaseScores:
     return PhaseScores(
         _divide(right, happened), _divide(right, read), _divide(2 * right, happened + read)
     )
-
-
-class Stretch(NamedTuple):
-    """Rows from `start` up to, not including, `stop` with the same number."""
-
-    start: int
-    stop: int
-    number: int
-
-
-def stretches(numbers: IntArray) -> list[Stretch]:
-    """The stretches of equal numbers of an array, in order.
-
-    >>> stretches(np.array([4, 4, 2]))
-    [Stretch(start=0, stop=2, number=4), Stretch(start=2, stop=3, number=2)]
-    """
-    if not len(numbers):
-        return []
-    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
-    return [Stretch(a, b, int(numbers[a])) for a, b in pairwise(cuts)]
 
 
 class Entry(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
 from kendon.errors import DataError
+from kendon.estimate import stretches
 from kendon.observations import FEATURES, Observations
-from kendon.person import FloatArray, IntArray
+from kendon.person import FloatArray
 from kendon.phases import Phase
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def draw_belief(axes: Axes, t: FloatArray, probabilities: FloatArray) -> None:
         share = probabilities[:, phase.index]
         axes.stairs(bottom + share, edges, baseline=bottom, fill=True, color=phase.color, lw=0)
         bottom = bottom + share
-    for start, stop, number in runs(probabilities.argmax(axis=1) + 1):
+    for start, stop, number in stretches(probabilities.argmax(axis=1) + 1):
         phase = Phase(number)
         axes.axvspan(edges[start], edges[stop], 1.02 / 1.12, 1, color=phase.color, lw=0)
         if edges[stop] - edges[start] > 0.025 * (edges[-1] - edges[0]):
@@ -140,18 +140,6 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
         )  # fmt: skip
 
 
-def runs(numbers: IntArray) -> list[tuple[int, int, int]]:
-    """Stretches of equal numbers as (start, stop, number).
-
-    >>> runs(np.array([4, 4, 2]))
-    [(0, 2, 4), (2, 3, 2)]
-    """
-    if not len(numbers):
-        return []
-    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
-    return [(a, b, int(numbers[a])) for a, b in pairwise(cuts)]
-
-
 def _draw_commands(axes: Axes, encounter: Encounter) -> None:
     axes.set_title("What the robot does")
     last_text = dict.fromkeys(_LANES, -1e9)
@@ -176,7 +164,7 @@ def _draw_paths(axes: Axes, encounter: Encounter) -> None:
     person, robot = encounter.person_path, encounter.robot_path
     axes.set_title("From above")
     phases = encounter.moment_phases
-    for start, stop, number in runs(phases):
+    for start, stop, number in stretches(phases):
         color = Phase(number).color if number else _SOFT
         part = slice(start, min(stop + 1, len(person)))
         axes.plot(person[part, 1], person[part, 0], color=color, lw=4, solid_capstyle="round")
