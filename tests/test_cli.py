@@ -177,6 +177,9 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["estimate", "camera:0"], ["camera:0"]),
         (["estimate", __file__], ["test_cli.py", "kendon sources"]),
         (["estimate", "--out", __file__, "simulated"], ["--out", "is a file"]),
+        (["greet", "--robot-face", "1e300,0,0"], ["--robot-face", "10 m"]),
+        (["estimate", ""], ["empty name"]),
+        (["simulate", "--out", __file__], ["--out", "is a file"]),
         (["dance"], ["dance"]),
         (["estimate"], ["FILE"]),
     ],
@@ -214,6 +217,33 @@ def test_two_recordings_of_one_name_are_not_written_over_each_other(
     assert run.code == 2
     assert "both" in run.err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_recording_is_never_overwritten_by_the_answer_to_it(
+    kendon: Kendon, recording: Path, tmp_path: Path
+) -> None:
+    mine = tmp_path / "phases.csv"
+    mine.write_bytes(recording.read_bytes())
+    run = kendon("greet", mine, "--out", tmp_path, "--quiet")
+    assert run.code == 2
+    assert "overwrite" in run.err
+    assert mine.read_bytes() == recording.read_bytes()
+
+
+def test_nobody_is_read_where_nobody_is_seen(kendon: Kendon, tmp_path: Path) -> None:
+    empty = tmp_path / "nobody.csv"
+    rows = "".join(f"{i / 30:.4f},,,\n" for i in range(60))
+    empty.write_text(f"t,head_x,head_y,head_z\n{rows}")
+    run = kendon("estimate", empty)
+    assert run.code == 2
+    assert "nobody is seen" in run.err
+
+
+def test_observations_are_not_greeted(kendon: Kendon, tmp_path: Path) -> None:
+    assert kendon("simulate", "--n", "1", "--out", tmp_path / "set").code == 0
+    run = kendon("greet", tmp_path / "set" / "greeting_00000.csv")
+    assert run.code == 2
+    assert "these are observations" in run.err
 
 
 def test_results_never_overwrite_their_input(kendon: Kendon, recording: Path) -> None:

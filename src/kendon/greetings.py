@@ -36,6 +36,8 @@ def expand(paths: Iterable[str | Path]) -> list[Path | str]:
     """
     found: dict[Path | str, None] = {}
     for path in paths:
+        if not str(path):
+            raise DataError("an empty name is no recording")
         place = Path(path)
         if place.is_dir():
             index = place / INDEX
@@ -147,7 +149,10 @@ def load_observations(
         raise DataError(
             f"lasts {track.duration:.2f} s; the first observation needs {PERIOD:g} s", file=spec
         )
-    return observe(track, robot_face)
+    observations = observe(track, robot_face)
+    if not (observations.values[:, 0] >= 0).any():
+        raise DataError("nobody is seen in it: the face's place is unknown throughout", file=spec)
+    return observations
 
 
 def _listed(index: Path) -> list[Path]:

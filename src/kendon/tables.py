@@ -160,6 +160,11 @@ def is_index(path: str | Path) -> bool:
     return "file" in columns and "t" not in columns
 
 
+def is_observations(path: str | Path) -> bool:
+    """Whether a CSV file holds observations: columns ``t``, ``distance`` and ``speed``."""
+    return {"t", "distance", "speed"} <= set(peek_header(path))
+
+
 def check_readable(path: Path) -> None:
     """Refuse a missing file or a folder with one sentence.
 

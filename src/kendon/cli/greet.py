@@ -54,6 +54,8 @@ EPILOG = """
 """
 
 
+#: What --out writes.
+PHASES, COMMANDS = "phases.csv", "commands.csv"
 #: The files a figure can be drawn into.
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -90,6 +92,10 @@ def greet_command(
         raise DataError(f"a figure is a {' or '.join(PICTURES)} file", file=figure)
     if folder and folder.exists() and not folder.is_dir():
         raise DataError("--out names a folder, but this is a file", file=folder)
+    written = [figure] if figure else []
+    if folder:
+        written += [folder / PHASES, folder / COMMANDS]
+    _refuse_to_overwrite(written, [spec, tree, model])
     face = point("--robot-face", robot_face)
     options = source_options(camera_pose, fov, fps, model_files)
     behaviour = GreetingTree(tree) if tree else GreetingTree()
@@ -114,6 +120,13 @@ def greet_command(
     if folder:
         _write(encounter, folder)
         out.print(f"phases.csv and commands.csv are in {folder}.", highlight=False)
+
+
+def _refuse_to_overwrite(written: list[Path], read: list[str | Path | None]) -> None:
+    inputs = {Path(name).resolve() for name in read if name and Path(name).is_file()}
+    for path in written:
+        if path.resolve() in inputs:
+            raise ParameterError(f"this would overwrite {path}, which is read; name another place")
 
 
 def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
@@ -162,9 +175,9 @@ def _print_summary(encounter: Encounter) -> None:
 def _write(encounter: Encounter, folder: Path) -> None:
     probabilities = encounter.probabilities
     phases = probabilities.argmax(axis=1) + 1
-    Estimate(encounter.observations, probabilities, phases).write(folder / "phases.csv")
+    Estimate(encounter.observations, probabilities, phases).write(folder / PHASES)
     write_table(
-        folder / "commands.csv",
+        folder / COMMANDS,
         ["t", "until", "phase", "part", "command", "status", "reason"],
         (
             [

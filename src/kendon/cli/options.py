@@ -17,6 +17,9 @@ from kendon.sources.camera_geometry import MAX_FOV, MIN_FOV
 out = Console()
 err = Console(stderr=True)
 
+#: No robot carries its face farther from its base [m].
+_FARTHEST_FACE = 10.0
+
 _READING = "How a source is read"
 
 ModelOption = Annotated[
@@ -104,6 +107,10 @@ def point(option: str, text: str) -> Vec3:
         ParameterError: the text is not three numbers.
     """
     x, y, z = _numbers(option, text, (3,), "X,Y,Z in metres, as in 0,0,1.2")
+    if max(abs(x), abs(y), abs(z)) > _FARTHEST_FACE:
+        raise ParameterError(
+            f"{option} lies within {_FARTHEST_FACE:g} m of the robot's base, not at {text}"
+        )
     return (x, y, z)
 
 

@@ -9,6 +9,7 @@ import typer
 from rich.progress import Progress
 
 from kendon.cli.options import err, out
+from kendon.errors import DataError
 from kendon.greetings import INDEX, write_greetings
 from kendon.simulation.sets import Seeing, simulate
 
@@ -34,6 +35,8 @@ def simulate_command(
     jobs: Annotated[int, typer.Option(help="Processes at work; -1 for one on each core.")] = 1,
 ) -> None:
     """Draw people who greet, and write what is observed of them."""
+    if folder.exists() and not folder.is_dir():
+        raise DataError("--out names a folder, but this is a file", file=folder)
     if (folder / INDEX).exists():
         # write_greetings refuses it too, but only after the work.
         write_greetings(folder, [])

@@ -13,6 +13,7 @@ from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import Vec3
 from kendon.person import PersonFrame, Track
 from kendon.robots.base import Robot
+from kendon.tables import is_observations
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,11 @@ def find_source(spec: str | Path, *, name: str | None = None) -> type[Source]:
         )
     if path.is_dir():
         raise DataError("this is a folder; name the files in it, for example DIR/*.csv", file=path)
+    if is_observations(path):
+        raise DataError(
+            "these are observations, not a person; they are for estimate, evaluate and fit",
+            file=path,
+        )
     raise DataError(
         f"no source recognises this file; there are {', '.join(_REGISTER)}, and `kendon sources`"
         " tells what each of them reads",

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from kendon.greeter import Encounter
 
 _LANES = ("base", "head", "arms", "voice", "face")
+#: Phases on whose colour white letters read better.
+_DARK = (Phase.FA, Phase.CS)
 _INK, _SOFT, _GRID = "#222222", "#777777", "#dddddd"
 _STYLE: Any = {
     "font.size": 9, "axes.edgecolor": _SOFT, "axes.labelcolor": _INK, "xtick.color": _INK,
@@ -142,20 +144,23 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
 
 def _draw_commands(axes: Axes, encounter: Encounter) -> None:
     axes.set_title("What the robot does")
-    last_text = dict.fromkeys(_LANES, -1e9)
-    room = encounter.duration * 0.012  # of one letter, roughly
-    for action, end, _ in encounter.stretches:
+    letter = encounter.duration * 0.009  # the width of one, roughly
+    stretches = encounter.stretches
+    for place, (action, end, _) in enumerate(stretches):
         row = -_LANES.index(action.channel)
         color = action.phase.color if action.phase else _SOFT
         length = max(end - action.start, 0.06)
         axes.barh(row, length, left=action.start, height=0.55, color=color, lw=0)
         axes.plot(action.start, row, marker="|", ms=11, color=_INK, mew=1.2)
-        if action.start > last_text[action.channel]:
-            axes.annotate(
-                action.label, (action.start, row), xytext=(4, 0), textcoords="offset points",
-                va="center", fontsize=7, color=_INK,
-            )  # fmt: skip
-            last_text[action.channel] = action.start + room * len(action.label) * 0.72
+        follows = (a.start for a, _, _ in stretches[place + 1 :] if a.channel == action.channel)
+        room = (next(follows, encounter.duration) - action.start) / letter
+        short = action.label.removeprefix("look ").removesuffix(" high")
+        label = next((t for t in (action.label, short) if len(t) <= room), "")
+        inside = len(label) * letter <= length
+        axes.annotate(
+            label, (action.start, row), xytext=(4, 0), textcoords="offset points", va="center",
+            fontsize=7, color="white" if inside and action.phase in _DARK else _INK,
+        )  # fmt: skip
     axes.set_yticks([-i for i in range(len(_LANES))], _LANES)
     axes.set_ylim(-len(_LANES) + 0.4, 0.6)
 

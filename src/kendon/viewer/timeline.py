@@ -90,5 +90,8 @@ def _numbers(observation: Observation) -> str:
         (observation.gaze, 2, 6),
         (observation.smile, 1, 6),
     ):
-        cells.append(f"{'–':>{width}}" if math.isnan(value) else f"{value:{width}.{digits}f}")
+        if math.isnan(value):
+            cells.append(f"{'–':>{width}}")
+        else:  # adding zero turns a minus zero into zero
+            cells.append(f"{round(value, digits) + 0.0:{width}.{digits}f}")
     return "".join(cells) + "  "
