@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from recorded_people import add_data_option, greetings, print_table
@@ -20,10 +21,20 @@ from recorded_people import add_data_option, greetings, print_table
 from kendon import load_model, model_names, observe
 from kendon.errors import KendonError
 from kendon.estimate import Decoder, estimate
+from kendon.features.sampler import TOLERANCE
 from kendon.models import GreetingModel
 from kendon.observations import Observations
-from kendon.person import IntArray
+from kendon.person import IntArray, Track
 from kendon.phases import PHASE_NAMES, Phase
+
+
+def observe_at(track: Track, truth: str) -> Observations:
+    """The observations of a track with the true phases of their intervals' middle or end."""
+    seen = observe(track)
+    if truth == "middle" or track.phases is None:
+        return seen
+    newest = np.searchsorted(track.t, seen.t + TOLERANCE, side="right") - 1
+    return replace(seen, phases=track.phases[newest])
 
 
 def confusion(model: GreetingModel, decoder: Decoder, people: Sequence[Observations]) -> IntArray:
@@ -59,17 +70,28 @@ def main() -> int:
         metavar="NAME",
         help="a model's name or file; may be given several times (default: all published ones)",
     )
+    parser.add_argument(
+        "--truth",
+        choices=("middle", "end"),
+        default="middle",
+        help="the true phase of an observation: of the middle of its 0.2 s (default), which its"
+        " medians describe, or of their very end, half an interval later",
+    )
     arguments = parser.parse_args()
     try:
         models = [load_model(name) for name in arguments.model or model_names()]
         tracks, what = greetings(arguments.data)
         gestures = {
-            "by hand": [observe(track.with_gestures_from_phases()) for track in tracks],
-            "none": [observe(track) for track in tracks],
+            "by hand": [track.with_gestures_from_phases() for track in tracks],
+            "none": tracks,
+        }
+        observed = {
+            given: [observe_at(track, arguments.truth) for track in people]
+            for given, people in gestures.items()
         }
         rows = []
         for model in models:
-            for given, people in gestures.items():
+            for given, people in observed.items():
                 for decoder in Decoder:
                     counts = confusion(model, decoder, people)
                     rows.append([model.name, given, decoder.value, *scores(counts)])
