@@ -26,27 +26,10 @@ from kendon import Greeter, Observation, Sampler, Track, load_model, observe
 from kendon.errors import KendonError
 from kendon.observations import FEATURES
 from kendon.person import FloatArray, PersonFrame
-from kendon.sources import RecordedSource, SourceOptions
+from kendon.sources import RecordedSource
 
 #: How many calls are timed together: enough for the clock's resolution.
 BATCH = 50
-
-
-class Recording(RecordedSource):
-    """A track in memory as a source."""
-
-    name = "benchmark"
-    reads = "nothing"
-
-    @classmethod
-    def recognises(cls, spec: str) -> bool:
-        """Never asked: it is not registered."""
-        return False
-
-    @classmethod
-    def open(cls, spec: str, options: SourceOptions) -> Recording:
-        """Never opened by name."""
-        raise NotImplementedError
 
 
 def step_times(X: FloatArray, batches: int) -> list[float]:
@@ -94,7 +77,7 @@ def process_time(job: Callable[[], object]) -> float:
 
 def read_frames(tracks: Sequence[Track]) -> list[list[PersonFrame]]:
     """Every track as frames."""
-    return [list(Recording(track).frames()) for track in tracks]
+    return [list(RecordedSource(track).frames()) for track in tracks]
 
 
 def sample(people: Sequence[Sequence[PersonFrame]]) -> list[list[Observation]]:
@@ -118,14 +101,14 @@ def track_all(people: Sequence[Sequence[Observation]]) -> None:
 def greet_all(tracks: Sequence[Track]) -> None:
     """The whole flow, from setting up a model, a tree and a robot for each person on."""
     for track in tracks:
-        for _ in Greeter(Recording(track)).run():
+        for _ in Greeter(RecordedSource(track)).run():
             pass
 
 
 def set_up(count: int) -> None:
     """What a flow needs before its first frame."""
     for _ in range(count):
-        Greeter(Recording(Track.build(np.arange(2.0), np.ones((2, 3)))))
+        Greeter(RecordedSource(Track.build(np.arange(2.0), np.ones((2, 3)))))
 
 
 def flow_parts(tracks: Sequence[Track]) -> dict[str, float]:

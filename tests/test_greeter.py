@@ -19,7 +19,7 @@ from kendon.person import PersonFrame, Track
 from kendon.phases import Phase
 from kendon.robots.base import CommandKind, CommandStatus
 from kendon.simulation import SCRIPTS, SimulatedPerson
-from kendon.sources import Source, SourceOptions
+from kendon.sources import RecordedSource, Source, SourceOptions
 
 IN_ORDER = [Phase.IA, Phase.APP, Phase.DS, Phase.HD, Phase.APP, Phase.FA, Phase.CS]
 SALUTATIONS = {"wave", "handshake"}
@@ -28,19 +28,8 @@ SALUTATIONS = {"wave", "handshake"}
 class Frames(Source):
     """A recorded person: whatever frames it is given; an exception among them is raised."""
 
-    name = "frames"
-    reads = "nothing"
-
     def __init__(self, frames: Iterable[PersonFrame | Exception]) -> None:
         self.given = list(frames)
-
-    @classmethod
-    def recognises(cls, spec: str) -> bool:
-        return False
-
-    @classmethod
-    def open(cls, spec: str, options: SourceOptions) -> Frames:
-        raise NotImplementedError
 
     def frames(self) -> Iterator[PersonFrame]:
         for frame in self.given:
@@ -344,3 +333,12 @@ def test_a_track_file_is_greeted_like_its_track(tmp_path: Path) -> None:
 
     write_track(Track.from_frames(recorded(), "person"), tmp_path / "person.csv")
     assert encounter(Greeter(open_source(tmp_path / "person.csv"))).phases == IN_ORDER
+
+
+def test_a_track_in_memory_is_greeted_as_its_file_would_be() -> None:
+    track = Track.from_frames(recorded())
+    in_memory = [m.belief.phase for m in Greeter(RecordedSource(track)).run() if m.belief]
+    from_frames = [m.belief.phase for m in Greeter(Frames(recorded())).run() if m.belief]
+    assert in_memory == from_frames
+    with pytest.raises(DataError, match="made in Python"):
+        RecordedSource.open("person.csv", SourceOptions())

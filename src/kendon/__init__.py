@@ -21,6 +21,7 @@ from kendon.errors import (
 )
 from kendon.features import Sampler, observe
 from kendon.greeter import Encounter, Greeter, Moment
+from kendon.greetings import load_greetings
 from kendon.models import (
     Belief,
     Fit,
@@ -42,7 +43,7 @@ from kendon.observations import (
 from kendon.person import PersonFrame, Track
 from kendon.phases import Phase
 from kendon.robots import PointRobot, Robot
-from kendon.sources import SourceOptions, open_source
+from kendon.sources import RecordedSource, SourceOptions, open_source
 from kendon.tracks import read_track, write_track
 from kendon.trees import GreetingTree
 
@@ -66,6 +67,7 @@ __all__ = [
     "Phase",
     "PointRobot",
     "Prior",
+    "RecordedSource",
     "Robot",
     "RobotError",
     "Sampler",
@@ -76,6 +78,7 @@ __all__ = [
     "UnknownNameError",
     "__version__",
     "fit",
+    "load_greetings",
     "load_model",
     "model_names",
     "observe",

@@ -264,11 +264,6 @@ class Encounter:
         return [Phase(n) for i, n in enumerate(numbers) if i == 0 or n != numbers[i - 1]]
 
     @property
-    def path_t(self) -> FloatArray:
-        """The times of both paths, (N,) [s]."""
-        return np.array([m.t for m in self.moments])
-
-    @property
     def robot_path(self) -> FloatArray:
         """The robot in the world, (N, 3) x y [m] yaw [rad]."""
         return np.array([m.robot for m in self.moments]).reshape(-1, 3)

@@ -15,14 +15,13 @@ from kendon.errors import DataError, ParameterError
 from kendon.features import PERIOD, ROBOT_FACE, observe
 from kendon.geometry import Vec3
 from kendon.observations import (
-    FEATURES,
     Observations,
     read_observations,
     write_observations,
 )
 from kendon.person import PersonFrame, Track
 from kendon.sources import SourceOptions, find_source, open_source
-from kendon.tables import is_index, peek_header, read_table, write_table
+from kendon.tables import is_index, is_observations, read_table, write_table
 
 #: The file that lists the greetings of a set.
 INDEX = "index.csv"
@@ -126,8 +125,7 @@ def load_observations(
         DataError: the file cannot be read, or lasts less than one interval.
         ParameterError: there are no true phases to press keys by.
     """
-    header = peek_header(spec) if source is None else ()
-    if "t" in header and any(feature in header for feature in FEATURES[:3]):
+    if source is None and is_observations(spec):
         observations = read_observations(spec)
         if gestures_from_phases or sensor:
             raise ParameterError(

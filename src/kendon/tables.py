@@ -161,8 +161,9 @@ def is_index(path: str | Path) -> bool:
 
 
 def is_observations(path: str | Path) -> bool:
-    """Whether a CSV file holds observations: columns ``t``, ``distance`` and ``speed``."""
-    return {"t", "distance", "speed"} <= set(peek_header(path))
+    """Whether a CSV file holds observations: a column ``t`` and one of a measured feature."""
+    columns = peek_header(path)
+    return "t" in columns and any(name in columns for name in ("distance", "speed", "gaze"))
 
 
 def check_readable(path: Path) -> None:

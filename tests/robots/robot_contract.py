@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
@@ -49,11 +50,12 @@ def run_until_ended(robot: Robot, command: Command, limit: float = 20.0) -> None
         robot.update(robot.time + 0.1)
 
 
-class RobotContract:
+class RobotContract(ABC):
     """The tests every robot passes; `make` gives a fresh one that stands still."""
 
+    @abstractmethod
     def make(self) -> Robot:
-        raise NotImplementedError
+        """A robot of the kind under test."""
 
     @pytest.fixture
     def robot(self) -> Robot:

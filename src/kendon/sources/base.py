@@ -50,11 +50,11 @@ class Source(ABC):
     """
 
     #: The name the source is registered under.
-    name: ClassVar[str]
+    name: ClassVar[str] = "unregistered"
     #: One line for `kendon sources`: what it reads.
-    reads: ClassVar[str]
+    reads: ClassVar[str] = ""
     #: How it is named on the command line.
-    example: ClassVar[str]
+    example: ClassVar[str] = ""
     #: Whether frames arrive as they happen (a device) rather than as fast as they are read.
     live: ClassVar[bool] = False
 
@@ -64,19 +64,21 @@ class Source(ABC):
     notes: tuple[str, ...] = ()
 
     @classmethod
-    @abstractmethod
     def recognises(cls, spec: str) -> bool:
         """Whether this source reads `spec` (a path, or a word such as ``camera:0``)."""
+        del spec
+        return False
 
     @classmethod
-    @abstractmethod
     def open(cls, spec: str, options: SourceOptions) -> Source:
-        """Open it.
+        """Open it. A source that is only made in Python, of people in memory, need not.
 
         Raises:
             DataError: there is something wrong with what it reads.
             MissingExtraError: it needs an extra that is not installed.
         """
+        del options
+        raise DataError(f"{cls.__name__} is made in Python, not opened by a name", file=spec)
 
     @abstractmethod
     def frames(self) -> Iterator[PersonFrame]:

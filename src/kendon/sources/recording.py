@@ -14,7 +14,10 @@ from kendon.tracks import read_track
 
 
 class RecordedSource(Source):
-    """A source whose whole track is known before the first frame is asked for."""
+    """A source whose whole track is known before the first frame is asked for.
+
+    `Greeter(RecordedSource(track))` greets the person of a track in memory.
+    """
 
     def __init__(self, track: Track) -> None:
         self.track = track

@@ -241,11 +241,6 @@ class Input:
         self._constant = port.parse(text) if self._key is None else None
         self._values = PORT_TYPES[port.type].values
 
-    @property
-    def constant(self) -> bool:
-        """Whether the value was written in the XML and never changes."""
-        return self._entry is None
-
     def get(self) -> Any:
         """The port's value, converted to its type.
 
