@@ -40,7 +40,7 @@ class Greeter:
     wave: float  # how long it lasts
     dip_after: float  # from the salutation to the head dip; NaN = there is none
     dip: float  # how long that lasts
-    closing: float  # from coming to a stop to the close salutation
+    closing: float  # from coming to a stop to the close salutation; a hand may go out before
     close: float  # how long that lasts
     stares: bool  # looks at the robot all the way
     aversion: float  # [rad], how far the look is averted
@@ -51,15 +51,17 @@ class Greeter:
 
 def draw_greeter(rng: np.random.Generator) -> Greeter:
     """Draw the facts of one greeting."""
-    # Rooms as in the thesis's videos (2 to 4 m), larger rooms, and Kendon's garden.
-    low, high = ((2.0, 4.0), (4.0, 7.0), (7.0, 12.0))[rng.choice(3, p=(0.25, 0.4, 0.35))]
+    # Rooms from 2.5 m on, of which the robot takes some, up to those of the thesis's videos (2 to
+    # 4 m); larger rooms; and Kendon's garden.
+    low, high = ((1.6, 4.0), (4.0, 7.0), (7.0, 12.0))[rng.choice(3, p=(0.35, 0.35, 0.3))]
     start = float(rng.uniform(low, high))
     stop = float(np.clip(rng.normal(1.1, 0.2), 0.6, min(1.6, start - 0.4)))
     speed = float(np.clip(rng.normal(1.2, 0.2), 0.7, 1.9))  # 3.4: medium to slow
-    acceleration = float(rng.uniform(1.0, 3.0))  # ours
+    # Walkers reach their speed at the end of the first step (Breniere and Do 1986), some 0.5 s.
+    acceleration = float(speed / rng.uniform(0.3, 0.7))
     sighting = float(np.clip(rng.gamma(4, 0.2), 0.3, 2.0))  # 3.4: 0.5 s; people hold it longer
     final = float(rng.normal(3.0, 0.1))  # 2.1.5: less than 3 m
-    pauses = rng.random() < 0.1 and start > 4.5  # ours: some hesitate on the way
+    pauses = rng.random() < 0.05 and start > 4.5  # ours: some hesitate on the way
     pause_at = float(rng.uniform(3.5, start - 0.5)) if pauses else math.nan
     pause = float(rng.uniform(0.4, 1.5))
 
@@ -76,7 +78,8 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         elif when == 1 and border - sighting > 0.8:
             wave_at = rng.uniform(sighting + 0.3, border - 0.2)
         else:
-            wave_at = rng.uniform(max(border, sighting + 0.3), max(border, arrival - 0.5))
+            earliest = max(border, sighting + 0.3)
+            wave_at = rng.uniform(earliest, max(earliest, arrival - 0.5))
     # 2.1.3: half of the salutations early in the approach are followed by a dip, late ones never.
     dips = wave_at + wave < border and rng.random() < 0.5
     return Greeter(
@@ -95,7 +98,7 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         wave=wave,
         dip_after=float(rng.uniform(0.0, 0.3)) if dips else math.nan,
         dip=float(rng.uniform(0.3, 0.9)),  # 3.4: 0.3 s; longer in recordings
-        closing=float(np.clip(rng.gamma(2, 0.15), 0.0, 1.2)),
+        closing=float(np.clip(rng.normal(0.1, 0.3), -0.4, 1.0)),
         close=float(rng.uniform(1.0, 3.0)),
         stares=bool(rng.random() < 0.35),
         aversion=float(rng.uniform(0.45, 1.0)),
@@ -173,7 +176,8 @@ def perform(greeter: Greeter, rng: np.random.Generator, name: str = "") -> Track
     moving = np.gradient(way, t) < -0.2
     steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)  # 1.8 steps a second, ours
     sway = np.where(moving, 1.0, 0.2)
-    along = way + 0.015 * sway * np.sin(steps)
+    # Who stands shifts their weight: some centimetres, at up to some 10 cm/s (ours).
+    along = way + 0.015 * sway * np.sin(steps) + _wander(t, rng.uniform(0.005, 0.03), rng)
     across = g.aside * way / g.start + 0.02 * sway * np.sin(steps / 2)
     c, s = math.cos(g.bearing), math.sin(g.bearing)
     head = np.stack(
