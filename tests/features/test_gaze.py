@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from people import FloatArray, matrix, quaternion
 
-from kendon.features.gaze import GAZE_CEILING, blend, eye_gaze, head_gaze, pierce
+from kendon.features.gaze import GAZE_CEILING, blend, gaze_of_eyes, gaze_of_head, pierce
+from kendon.features.gaze_of_track import blended, eye_gaze, head_gaze
 from kendon.features.smile import smile
 from kendon.geometry import Quaternion, Vec3
 
