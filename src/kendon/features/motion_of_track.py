@@ -23,6 +23,9 @@ from kendon.features.motion import (
 )
 from kendon.person import FloatArray, IntArray
 
+#: So many slopes at a time, between positions in pairs, stay in a core's cache.
+_CACHED = 1 << 14
+
 
 class Stamps(NamedTuple):
     """When the frames of tracks were taken, one track after the other."""
@@ -93,36 +96,31 @@ def approach_speeds(
     error[~usable] = np.inf
     sure = error <= SURE
     choice = np.where(sure.any(axis=1), sure.argmax(axis=1), error.argmin(axis=1))
-    good = error[np.arange(len(ends)), choice] <= UNSURE
+    row = np.flatnonzero(error[np.arange(len(ends)), choice] <= UNSURE)
+    begin, count = begin[row, choice[row]], count[row, choice[row]]
 
-    # Window by window: nearly all instants do with the shortest, which has few positions.
-    for window in range(len(WINDOWS)):
-        rows = np.flatnonzero(good & (choice == window))
-        if len(rows):
-            speed[some[rows]] = _slopes_toward_robot(
-                positions, track[rows], begin[rows, window], count[rows, window], ends[rows], period
+    # Stretches of equally many positions at once: no holes, and no more than a cache holds.
+    for number in np.unique(count).tolist():
+        equal = np.flatnonzero(count == number)
+        for part in np.array_split(equal, len(equal) * number * number // _CACHED + 1):
+            speed[some[row[part]]] = _speeds_of_lines(
+                positions, begin[part], number, ends[row[part]], period
             )
     return speed
 
 
-def _slopes_toward_robot(
-    positions: Positions,
-    track: IntArray,
-    begin: IntArray,
-    count: IntArray,
-    ends: FloatArray,
-    period: float,
+def _speeds_of_lines(
+    positions: Positions, begin: IntArray, number: int, ends: FloatArray, period: float
 ) -> FloatArray:
-    """The speeds by repeated medians of K stretches of positions, (K,) [m/s]."""
-    rows, outside = _rows(begin, count)
-    rows = np.minimum(rows, len(positions.person) - 1)
+    """Speeds by repeated medians through the `number` positions from each `begin` on, (K,)."""
+    rows = begin[:, None] + np.arange(number)
     at, where = positions.stamps.t[rows], positions.person.T[:, rows]  # (K, M) and (2, K, M)
-    where[:, outside] = np.nan
     with np.errstate(invalid="ignore", divide="ignore"):  # a position and itself: 0 / 0
         slopes = (where[..., None, :] - where[..., None]) / (at[:, None] - at[:, :, None])
-    velocity = median(median(slopes))  # (2, K)
-    now = median(where + velocity[..., None] * (ends[:, None] - at))
+    velocity = _middle(_middle(slopes, number - 1), number)  # (2, K)
+    now = _middle(where + velocity[..., None] * (ends[:, None] - at), number)
 
+    track = positions.stamps.track[begin]
     before = positions.stamps.search(track, ends - period + ROUNDED, "right") - 1
     robot = positions.robot.T[:, np.maximum(before, begin)]
     return (_length(now - velocity * period - robot) - _length(now - robot)) / period
@@ -166,6 +164,12 @@ def median(values: FloatArray) -> FloatArray:
     # With one value or more, index count // 2 is inside; with none, everything is NaN anyway.
     high = ordered[row, count // 2]
     return np.asarray((low + high) / 2).reshape(values.shape[:-1])
+
+
+def _middle(values: FloatArray, known: int) -> FloatArray:
+    """The median along the last axis where so many are known, the others NaN."""
+    ordered = np.sort(values, axis=-1)
+    return np.asarray((ordered[..., (known - 1) // 2] + ordered[..., known // 2]) / 2)
 
 
 def _length(way: FloatArray) -> FloatArray:
