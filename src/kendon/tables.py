@@ -186,7 +186,6 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     Raises:
         DataError: the file cannot be written.
     """
-
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -220,16 +219,19 @@ def write_text(path: str | Path, text: str) -> None:
         # unlike those of tempfile, it gets the permissions that the user's umask leaves.
         temporary = os.path.join(path.parent, f".{uuid.uuid4().hex}.tmp")
         try:
-            file = open(temporary, "xb")
-        except FileNotFoundError:  # asked only then: sets have thousands of files
-            path.parent.mkdir(parents=True, exist_ok=True)
-            file = open(temporary, "xb")
-        try:
-            with file:
-                file.write(data)
+            try:
+                _write_new(temporary, data)
+            except FileNotFoundError:  # made only then: sets have thousands of files
+                path.parent.mkdir(parents=True, exist_ok=True)
+                _write_new(temporary, data)
             os.replace(temporary, path)
         except BaseException:
-            os.unlink(temporary)
+            Path(temporary).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+def _write_new(path: str, data: bytes) -> None:
+    with open(path, "xb") as file:
+        file.write(data)

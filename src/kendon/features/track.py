@@ -102,9 +102,7 @@ def _observed_together(tracks: Sequence[Track], face: Vec3, period: float) -> li
     phases = _phases(np.concatenate(unlabelled), starts, stops)
     borders = np.cumsum([0, *map(len, each)]).tolist()
     return [
-        Observations(
-            ends, values[a:b], None if track.phases is None else phases[a:b], track.name
-        )
+        Observations(ends, values[a:b], None if track.phases is None else phases[a:b], track.name)
         for track, ends, a, b in zip(tracks, each, borders[:-1], borders[1:], strict=True)
     ]
 
@@ -139,9 +137,7 @@ def _rows_of_intervals(stamps: Stamps, intervals: Stamps) -> tuple[IntArray, Int
     return starts, stops
 
 
-def _medians(
-    tracks: Sequence[Track], starts: IntArray, stops: IntArray, face: Vec3
-) -> FloatArray:
+def _medians(tracks: Sequence[Track], starts: IntArray, stops: IntArray, face: Vec3) -> FloatArray:
     """Distance, gaze, smile and gestures of K intervals, shape (6, K)."""
     head = np.concatenate([track.head for track in tracks])
     way = distance(head)
