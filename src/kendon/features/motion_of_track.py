@@ -174,7 +174,7 @@ def _middle(values: FloatArray, known: int) -> FloatArray:
 
 def _length(way: FloatArray) -> FloatArray:
     """The length of vectors (2, ...); `np.hypot` would round differently from a `Walk`."""
-    return np.sqrt(way[0] * way[0] + way[1] * way[1])
+    return np.asarray(np.sqrt(way[0] * way[0] + way[1] * way[1]))
 
 
 def _rows(begin: IntArray, count: IntArray) -> tuple[IntArray, np.ndarray]:
