@@ -194,6 +194,8 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
         [
             value
             if not isinstance(value, float)
+            else "0"  # of keys that are not pressed
+            if not value
             else ""
             if value != value
             else f"{value:.6g}"
