@@ -114,6 +114,7 @@ def test_another_period(period: float) -> None:
 @example(walk(np.array([0.0, 0.1, 0.201, 0.25, 0.41])))  # one on the edge of the tolerance
 @example(walk(np.array([0.0, 0.3, 0.599])))
 @example(walk(UNIX + np.arange(40) / 30))
+@example(walk(np.append(UNIX + np.arange(4) / 10, UNIX + 0.4 - TOLERANCE)))  # on the edge, exactly
 def test_a_stream_gives_the_numbers_of_the_whole_track(track: Track) -> None:
     assert_same(stream(track), track)
 

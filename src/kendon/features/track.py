@@ -110,7 +110,8 @@ def _observed_together(tracks: Sequence[Track], face: Vec3, period: float) -> li
 def _ends_of_intervals(track: Track, period: float) -> FloatArray:
     # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
     ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
-    ends = ends[ends <= track.t[-1:] + TOLERANCE + ROUNDING]
+    # Written as the sampler does it, too: in seconds since 1970 the rounding is lost.
+    ends = ends[ends - ROUNDING < track.t[-1:] + TOLERANCE]
     if not len(ends):
         raise ParameterError(
             f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
