@@ -19,7 +19,7 @@ from kendon.errors import (
     TreeError,
     UnknownNameError,
 )
-from kendon.features import Sampler, observe
+from kendon.features import Sampler, observe, observe_all
 from kendon.greeter import Encounter, Greeter, Moment
 from kendon.greetings import load_greetings
 from kendon.models import (
@@ -29,9 +29,12 @@ from kendon.models import (
     Prior,
     Tracker,
     fit,
+    from_hmmlearn,
     load_model,
     model_names,
+    name_states,
     save_model,
+    to_hmmlearn,
 )
 from kendon.observations import (
     FEATURES,
@@ -78,14 +81,18 @@ __all__ = [
     "UnknownNameError",
     "__version__",
     "fit",
+    "from_hmmlearn",
     "load_greetings",
     "load_model",
     "model_names",
+    "name_states",
     "observe",
+    "observe_all",
     "open_source",
     "read_observations",
     "read_track",
     "save_model",
+    "to_hmmlearn",
     "write_observations",
     "write_track",
 ]

@@ -111,7 +111,7 @@ def read_observations(path: str | Path) -> Observations:
 
 def write_observations(observations: Observations, path: str | Path) -> None:
     """Write an observations CSV; unknown values become empty cells."""
-    rows: list[list[object]] = [list(row) for row in observations]
+    rows: list[list[object]] = np.column_stack([observations.t, observations.values]).tolist()
     columns = ["t", *FEATURES]
     if observations.phases is not None:
         columns.append("phase")

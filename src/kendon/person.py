@@ -38,6 +38,8 @@ JOINTS: tuple[str, ...] = tuple(
 
 #: The gesture probabilities that can be given by hand, as the thesis's keys gave them (3.3.5).
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
+#: The phases that press those keys, in the same order.
+_KEYED = np.array([Phase.DS.value, Phase.CS.value, Phase.HD.value])
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,10 +246,8 @@ class Track:
         """
         if self.phases is None:
             raise ParameterError(f"{self.name or 'the track'} has no true phases to press keys by")
-        keys = np.stack(
-            [self.phases == number for number in (Phase.DS, Phase.CS, Phase.HD)], axis=1
-        ).astype(float)
-        labelled = (self.phases >= 0)[:, None]
+        keys = self.phases[:, None] == _KEYED
+        labelled = self.phases[:, None] >= 0
         return replace(self, gestures=np.where(labelled, keys, self.gestures))
 
 

@@ -186,16 +186,25 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     Raises:
         DataError: the file cannot be written.
     """
-
-    def cell(value: object) -> object:
-        if isinstance(value, float):
-            return "" if math.isnan(value) else _number(value)
-        return value
-
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([cell(v) for v in row] for row in rows)
+    # In one expression: a set of simulated greetings has hundreds of thousands of cells.
+    writer.writerows(
+        [
+            value
+            if not isinstance(value, float)
+            else "0"  # of keys that are not pressed
+            if not value
+            else ""
+            if value != value
+            else f"{value:.6g}"
+            if -1 < value < 1
+            else f"{value:.6f}".rstrip("0").rstrip(".")
+            for value in row
+        ]
+        for row in rows
+    )
     write_text(path, text.getvalue())
 
 
@@ -206,21 +215,25 @@ def write_text(path: str | Path, text: str) -> None:
         DataError: the file cannot be written.
     """
     path = Path(path)
+    data = text.encode()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         # A neighbour that is renamed at the end: a reader never sees half a file. Made by `open`,
         # unlike those of tempfile, it gets the permissions that the user's umask leaves.
-        temporary = path.with_name(f".{uuid.uuid4().hex}.tmp")
+        temporary = os.path.join(path.parent, f".{uuid.uuid4().hex}.tmp")
         try:
-            with temporary.open("x", newline="", encoding="utf-8") as file:
-                file.write(text)
+            try:
+                _write_new(temporary, data)
+            except FileNotFoundError:  # made only then: sets have thousands of files
+                path.parent.mkdir(parents=True, exist_ok=True)
+                _write_new(temporary, data)
             os.replace(temporary, path)
         except BaseException:
-            temporary.unlink(missing_ok=True)
+            Path(temporary).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
 
 
-def _number(value: float) -> str:
-    return f"{value:.6g}" if abs(value) < 1 else f"{value:.6f}".rstrip("0").rstrip(".")
+def _write_new(path: str, data: bytes) -> None:
+    with open(path, "xb") as file:
+        file.write(data)

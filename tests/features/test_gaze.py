@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from people import FloatArray, matrix, quaternion
 
-from kendon.features.gaze import GAZE_CEILING, blend, eye_gaze, head_gaze, pierce
+from kendon.features.gaze import GAZE_CEILING, blend, gaze_of_eyes, gaze_of_head, pierce
+from kendon.features.gaze_of_track import blended, eye_gaze, head_gaze
 from kendon.features.smile import smile
 from kendon.geometry import Quaternion, Vec3
 
@@ -168,6 +170,39 @@ def test_many_heads_at_once_are_each_head_alone() -> None:
     alone = [[of_head(h, q) for h, q in zip(*pair, strict=True)]
              for pair in zip(heads, rotations, strict=True)]  # fmt: skip
     np.testing.assert_array_equal(got, alone)
+
+
+# ---- arrays of people and one person
+
+#: Coordinates that meet every rule: behind the plane, along it, unknown, no direction at all.
+numbers = st.sampled_from([-2.0, 0.0, 1.0, 1e-300, 1e200, math.nan]) | st.floats(-5, 5)
+faces = st.tuples(*[st.floats(-1, 1)] * 3)
+
+
+@given(st.lists(st.tuples(*[numbers] * 7), min_size=1), faces)
+def test_arrays_of_heads_give_what_each_head_gives(
+    rows: list[tuple[float, ...]], face: Vec3
+) -> None:
+    table = np.array(rows)
+    got = head_gaze(table[:, :3], table[:, 3:], face)
+    alone = [gaze_of_head((a, b, c), (x, y, z, w), face) for a, b, c, x, y, z, w in rows]
+    np.testing.assert_allclose(got, alone, rtol=1e-12, atol=1e-12)
+
+
+@given(st.lists(st.tuples(*[numbers] * 12), min_size=1), faces)
+def test_arrays_of_eyes_give_what_each_pair_gives(
+    rows: list[tuple[float, ...]], face: Vec3
+) -> None:
+    table = np.array(rows).reshape(-1, 2, 2, 3)
+    got = eye_gaze(table[:, 0], table[:, 1], face)
+    pairs: Any = [[tuple(map(tuple, pair)) for pair in row] for row in table.tolist()]
+    alone = [gaze_of_eyes(eyes, directions, face) for eyes, directions in pairs]
+    np.testing.assert_allclose(got, alone, rtol=1e-9, atol=1e-9)
+
+
+@given(st.lists(st.tuples(*[st.floats(0, 4) | st.just(math.nan)] * 3), min_size=1))
+def test_arrays_of_gazes_are_blended_as_each_is(rows: list[tuple[float, float, float]]) -> None:
+    np.testing.assert_array_equal(blended(*np.array(rows).T), [blend(*row) for row in rows])
 
 
 # ---- the eyes (Gaze Detector 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from statistics import median
 
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from people import FloatArray, quaternion, tracks
 
 from kendon.errors import ParameterError
-from kendon.features import PERIOD, Sampler, head_gaze, observe
+from kendon.features import PERIOD, Sampler, head_gaze, observe, observe_all
 from kendon.geometry import Vec3
 from kendon.observations import Observation
 from kendon.person import PersonFrame, Track
@@ -113,6 +114,7 @@ def test_another_period(period: float) -> None:
 @example(walk(np.array([0.0, 0.1, 0.201, 0.25, 0.41])))  # one on the edge of the tolerance
 @example(walk(np.array([0.0, 0.3, 0.599])))
 @example(walk(UNIX + np.arange(40) / 30))
+@example(walk(np.append(UNIX + np.arange(4) / 10, UNIX + 0.4 - TOLERANCE)))  # on the edge, exactly
 def test_a_stream_gives_the_numbers_of_the_whole_track(track: Track) -> None:
     assert_same(stream(track), track)
 
@@ -403,3 +405,53 @@ def test_the_clock_shows_finite_seconds(t: float) -> None:
         with pytest.raises(ParameterError, match="the clock must show finite seconds"):
             sampler.advance(t)
         sampler.push(PersonFrame(stamp))
+
+
+# ---- many tracks at once
+
+
+def assert_each_as_alone(people: list[Track], **options: float) -> None:
+    """To the last bit: a person's observations must not depend on who else is observed."""
+    together = observe_all(people, **options)  # type: ignore[arg-type]
+    for track, seen in zip(people, together, strict=True):
+        alone = observe(track, **options)  # type: ignore[arg-type]
+        assert seen.name == track.name
+        np.testing.assert_array_equal(seen.t, alone.t)
+        np.testing.assert_array_equal(seen.values, alone.values)
+        assert (seen.phases is None) == (track.phases is None)
+        if seen.phases is not None and alone.phases is not None:
+            np.testing.assert_array_equal(seen.phases, alone.phases)
+            assert seen.phases.dtype == np.int64
+
+
+@given(st.lists(tracks(), min_size=1, max_size=4))
+def test_many_tracks_at_once_are_each_track_alone(people: list[Track]) -> None:
+    assert_each_as_alone(people)
+
+
+def test_tracks_of_all_kinds_can_be_observed_at_once() -> None:
+    rng = np.random.default_rng(3)
+    people = []
+    for number, rate in enumerate((30, 7, 5.0, 60)):
+        t = rng.uniform(-5, 1e6) + np.arange(int(6 * rate)) / rate
+        track = walk(t + rng.uniform(0, 0.3 / rate, len(t)), speed=number)
+        head = track.head + rng.normal(0, 0.02, track.head.shape)
+        head[rng.random(len(t)) < 0.3] = np.nan  # at 5 Hz, blind intervals
+        phases = rng.integers(0, 7, len(t)) if number % 2 else None
+        people.append(replace(track, head=head, phases=phases, name=str(number)))
+    eyes = np.tile(people[0].head[:, None], (1, 2, 1))
+    people.append(replace(people[0], eyes=eyes, eye_gaze=-eyes, name="eyes"))
+    nobody = replace(people[1], head=np.full_like(people[1].head, np.nan), name="nobody")
+    people.insert(1, nobody)
+    t = np.concatenate([np.arange(30) / 30, 500 + np.arange(30) / 30])  # the clock leaps
+    people.insert(2, walk(t))
+    people.append(walk(np.concatenate([np.arange(30) / 30, 4 + np.arange(30) / 30])))  # a hole
+    assert_each_as_alone(people)
+    assert_each_as_alone(people[::-1], period=0.3)
+    assert observe_all([]) == []
+
+
+def test_a_track_too_short_among_others_is_named() -> None:
+    t = np.arange(30) / 30
+    with pytest.raises(ParameterError, match=r"bob lasts 0\.10 s"):
+        observe_all([walk(t), replace(walk(t[:4]), name="bob")])

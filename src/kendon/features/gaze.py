@@ -7,18 +7,14 @@ straight at the face, 1 is on the rim of the cone, where looking and not looking
 likely. The plane has a front: who stands behind it cannot look at the robot's face.
 
 One person at a time, in plain numbers: this runs for every frame of a flow, and a single ray is
-too little for array arithmetic to pay. `head_gaze` and `eye_gaze` do it for arrays of people.
+too little for array arithmetic to pay. Arrays of people: `kendon.features.gaze_of_track`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
-
-import numpy as np
 
 from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
-from kendon.person import FloatArray
 
 #: The opening angle of the cone of visual attention (thesis 3.3.3) [rad].
 CONE_ANGLE = math.radians(60)
@@ -37,7 +33,7 @@ HEAD_ONLY_BEYOND = 2.5
 #: Where a ray that runs away from the plane pierces it.
 _NOWHERE: Vec3 = (math.inf, math.inf, math.inf)
 #: The radius of the cone of visual attention, one metre along its axis.
-_RIM = math.tan(CONE_ANGLE / 2)
+RIM = math.tan(CONE_ANGLE / 2)
 
 
 def pierce(origin: Vec3, direction: Vec3, robot_face: Vec3) -> Vec3:
@@ -76,7 +72,7 @@ def ray_gaze(origin: Vec3, gaze_point: Vec3, robot_face: Vec3) -> float:
         return math.nan
     if gaze_point[0] == math.inf:
         return GAZE_CEILING
-    radius = _RIM * math.dist(origin, gaze_point)
+    radius = RIM * math.dist(origin, gaze_point)
     beside = math.dist(gaze_point, robot_face)
     # Not divided first: both may be too large for floating point.
     return beside / radius if beside < GAZE_CEILING * radius else GAZE_CEILING
@@ -146,44 +142,3 @@ def blend(eye: float, head: float, distance: float) -> float:
     if weight >= 1 or head != head:
         return eye
     return weight * eye + (1 - weight) * head
-
-
-def head_gaze(head: FloatArray, rotation: FloatArray, robot_face: Vec3 | FloatArray) -> FloatArray:
-    """`gaze_of_head` of many faces.
-
-    Args:
-        head: faces in ``base_footprint``, shape (..., 3) [m].
-        rotation: orientations of the heads, quaternions x y z w of any length, shape (..., 4).
-        robot_face: the robot's face in the same frame [m].
-
-    Returns:
-        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
-    """
-    face = _as_point(robot_face)
-    heads: Any = head.reshape(-1, 3).tolist()
-    turns: Any = rotation.reshape(-1, 4).tolist()
-    gaze = [gaze_of_head(*one, face) for one in zip(heads, turns, strict=True)]
-    return np.array(gaze).reshape(head.shape[:-1])
-
-
-def eye_gaze(eyes: FloatArray, directions: FloatArray, robot_face: Vec3 | FloatArray) -> FloatArray:
-    """`gaze_of_eyes` of many people.
-
-    Args:
-        eyes: centres of both eyes, shape (..., 2, 3) [m].
-        directions: directions out of them, any length, shape (..., 2, 3).
-        robot_face: the robot's face in the same frame [m].
-
-    Returns:
-        Shape (...), between 0 and `GAZE_CEILING`; NaN = unknown.
-    """
-    face = _as_point(robot_face)
-    pairs: Any = eyes.reshape(-1, 2, 3).tolist()
-    ways: Any = directions.reshape(-1, 2, 3).tolist()
-    gaze = [gaze_of_eyes(*one, face) for one in zip(pairs, ways, strict=True)]
-    return np.array(gaze).reshape(eyes.shape[:-2])
-
-
-def _as_point(point: Vec3 | FloatArray) -> Vec3:
-    x, y, z = (float(value) for value in point)
-    return (x, y, z)

@@ -1,13 +1,13 @@
-"""The speed of `kendon.features.motion` at many instants of a recording at once, with arrays.
+"""The speed of `kendon.features.motion` at many instants of recordings at once, with arrays.
 
-A whole track this way takes a third of the time that it takes a `Walk`, which counts where
-hundreds of greetings are learned from. The two are held to the same numbers by
+Whole tracks this way take a small part of the time that they take a `Walk`, which counts where
+thousands of greetings are learned from. The two are held to the same numbers by
 ``tests/features/test_sampler.py``.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,40 @@ from kendon.features.motion import (
 )
 from kendon.person import FloatArray, IntArray
 
+#: So many slopes at a time, between positions in pairs, stay in a core's cache.
+_CACHED = 1 << 14
+
+
+class Stamps(NamedTuple):
+    """When the frames of tracks were taken, one track after the other."""
+
+    track: IntArray  # (N,), which track a frame is of, never falling
+    t: FloatArray  # (N,) [s], growing within each track
+
+    def search(
+        self, track: IntArray, t: FloatArray, side: Literal["left", "right"] = "left"
+    ) -> IntArray:
+        """`np.searchsorted` within tracks.
+
+        Args:
+            track: in which one, of a shape that fits `t`.
+            t: times, of any shape [s].
+            side: as of `np.searchsorted`.
+
+        Returns:
+            Places among the N, in the shape of `t`.
+        """
+        # numpy sorts complex numbers by their real parts, and equal ones by their imaginary parts.
+        stamps, sought = np.empty(len(self.t), complex), np.empty(t.shape, complex)
+        stamps.real, stamps.imag = self
+        sought.real, sought.imag = track, t
+        return np.searchsorted(stamps, sought, side)
+
 
 class Positions(NamedTuple):
-    """Where a person and the robot were on the ground of the world, N instants."""
+    """Where people and their robots were on the ground of the world, N instants."""
 
-    t: FloatArray  # (N,) [s]
+    stamps: Stamps
     person: FloatArray  # (N, 2) [m], known
     robot: FloatArray  # (N, 2) [m]
 
@@ -35,10 +64,10 @@ class Positions(NamedTuple):
 def approach_speeds(
     positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray, period: float
 ) -> FloatArray:
-    """The person's speed toward where the robot was one period before, at K instants [m/s].
+    """People's speeds toward where their robots were one period before, at K instants [m/s].
 
     Args:
-        positions: of a person who may have been lost between runs of positions.
+        positions: of people who may have been lost between runs of positions.
         first: the row at which the run of positions begins that each instant belongs to, (K,).
         stop: the row after the newest one at each instant, (K,).
         ends: the instants, (K,) [s].
@@ -52,11 +81,12 @@ def approach_speeds(
     if not len(some):
         return speed
     first, stop, ends = first[some], stop[some], ends[some]
-    t, person, robot = positions
+    stamps, t = positions.stamps, positions.stamps.t
+    track = stamps.track[stop - 1]
     noise = _noise(positions, first, stop, ends)
 
     # Every window of every instant, (K, W); the best of them, (K,).
-    begin = np.searchsorted(t, ends[:, None] - np.array(WINDOWS) - ROUNDED)
+    begin = stamps.search(track[:, None], ends[:, None] - np.array(WINDOWS) - ROUNDED)
     begin = np.minimum(np.maximum(begin, first[:, None]), stop[:, None] - 1)
     count = stop[:, None] - begin
     span = t[stop - 1][:, None] - t[begin]
@@ -66,72 +96,85 @@ def approach_speeds(
     error[~usable] = np.inf
     sure = error <= SURE
     choice = np.where(sure.any(axis=1), sure.argmax(axis=1), error.argmin(axis=1))
-    row = np.arange(len(ends))
-    good = error[row, choice] <= UNSURE
-    if not good.any():
-        return speed
-    row, choice = row[good], choice[good]
-    ends, begin, count = ends[row], begin[row, choice], count[row, choice]
+    row = np.flatnonzero(error[np.arange(len(ends)), choice] <= UNSURE)
+    begin, count = begin[row, choice[row]], count[row, choice[row]]
 
-    # Repeated medians.
-    rows, outside = _rows(begin, count)
-    rows = np.minimum(rows, len(t) - 1)
-    at, where = t[rows], person[rows]
-    where[outside] = np.nan
-    with np.errstate(invalid="ignore", divide="ignore"):  # a position and itself: 0 / 0
-        slopes = (where[:, None] - where[:, :, None]) / (at[:, None] - at[:, :, None])[..., None]
-    shape = slopes.shape
-    inner = median(slopes.reshape(-1, *shape[2:])).reshape(shape[0], shape[1], shape[3])
-    velocity = median(inner)
-    now = median(where + velocity[:, None] * (ends[:, None] - at)[..., None])
-
-    before = np.maximum(np.searchsorted(t, ends - period + ROUNDED, side="right") - 1, begin)
-    was, is_now = now - velocity * period - robot[before], now - robot[before]
-    speed[some[row]] = (_length(was) - _length(is_now)) / period
+    # Stretches of equally many positions at once: no holes, and no more than a cache holds.
+    for number in np.unique(count).tolist():
+        equal = np.flatnonzero(count == number)
+        for part in np.array_split(equal, len(equal) * number * number // _CACHED + 1):
+            speed[some[row[part]]] = _speeds_of_lines(
+                positions, begin[part], number, ends[row[part]], period
+            )
     return speed
+
+
+def _speeds_of_lines(
+    positions: Positions, begin: IntArray, number: int, ends: FloatArray, period: float
+) -> FloatArray:
+    """Speeds by repeated medians through the `number` positions from each `begin` on, (K,)."""
+    rows = begin[:, None] + np.arange(number)
+    at, where = positions.stamps.t[rows], positions.person.T[:, rows]  # (K, M) and (2, K, M)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a position and itself: 0 / 0
+        slopes = (where[..., None, :] - where[..., None]) / (at[:, None] - at[:, :, None])
+    velocity = _middle(_middle(slopes, number - 1), number)  # (2, K)
+    now = _middle(where + velocity[..., None] * (ends[:, None] - at), number)
+
+    track = positions.stamps.track[begin]
+    before = positions.stamps.search(track, ends - period + ROUNDED, "right") - 1
+    robot = positions.robot.T[:, np.maximum(before, begin)]
+    return (_length(now - velocity * period - robot) - _length(now - robot)) / period
 
 
 def _noise(positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray) -> FloatArray:
     """The standard deviation of the positions around a smooth path, (K,) [m]."""
-    t, person, _ = positions
+    stamps, t, person = positions.stamps, positions.stamps.t, positions.person.T
     off = np.full(len(t), np.nan)
     if len(t) > 2:
-        share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
-        between = (1 - share) * person[:-2] + share * person[2:]
-        scale = np.sqrt(1 + share**2 + (1 - share) ** 2)[:, 0]
-        aside = person[1:-1] - between
-        off[1:-1] = _length(aside) / scale
-    begin = np.maximum(np.searchsorted(t, ends - NOISE_SPAN - ROUNDED), first + 1)
+        # Across the border of two tracks this is nonsense, and never taken.
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
+            between = (1 - share) * person[:, :-2] + share * person[:, 2:]
+            scale = np.sqrt(1 + share**2 + (1 - share) ** 2)
+            off[1:-1] = _length(person[:, 1:-1] - between) / scale
+    begin = stamps.search(stamps.track[stop - 1], ends - NOISE_SPAN - ROUNDED)
+    begin = np.maximum(begin, first + 1)
     rows, outside = _rows(begin, stop - 1 - begin)
     taken = off[np.minimum(rows, len(t) - 1)]
     taken[outside] = np.nan
-    ordered = np.sort(taken, axis=1)
-    known = (~np.isnan(ordered)).sum(axis=1)
-    quartile = ordered[np.arange(len(ends)), np.maximum(known - 1, 0) // 4]
+    taken.sort(axis=1)  # NaN comes last
+    known = np.maximum(stop - 1 - begin, 0)
+    quartile = taken[np.arange(len(ends)), np.maximum(known - 1, 0) // 4]
     return np.where(known > 0, quartile / QUARTILE, PRIOR_NOISE)
 
 
 def median(values: FloatArray) -> FloatArray:
-    """The median along axis 1 of what is not NaN, NaN where nothing is.
+    """The median along the last axis of what is not NaN, NaN where nothing is.
 
     Args:
-        values: shape (K, M, F) with M at least 1.
+        values: shape (..., M) with M at least 1.
 
     Returns:
-        Shape (K, F).
+        Shape (...).
     """
-    ordered = np.sort(values, axis=1)  # NaN comes last
-    count = (ordered == ordered).sum(axis=1)
-    k, f = np.arange(ordered.shape[0])[:, None], np.arange(ordered.shape[2])
-    low = ordered[k, np.maximum(count - 1, 0) // 2, f]
+    ordered = np.sort(values.reshape(-1, values.shape[-1]), axis=1)  # NaN comes last
+    count = np.count_nonzero(ordered == ordered, axis=1)
+    row = np.arange(len(ordered))
+    low = ordered[row, np.maximum(count - 1, 0) // 2]
     # With one value or more, index count // 2 is inside; with none, everything is NaN anyway.
-    high = ordered[k, count // 2, f]
-    return np.asarray((low + high) / 2)
+    high = ordered[row, count // 2]
+    return np.asarray((low + high) / 2).reshape(values.shape[:-1])
+
+
+def _middle(values: FloatArray, known: int) -> FloatArray:
+    """The median along the last axis where so many are known, the others NaN."""
+    ordered = np.sort(values, axis=-1)
+    return np.asarray((ordered[..., (known - 1) // 2] + ordered[..., known // 2]) / 2)
 
 
 def _length(way: FloatArray) -> FloatArray:
-    """The length of vectors (..., 2); `np.hypot` would round differently from a `Walk`."""
-    return np.sqrt(way[..., 0] * way[..., 0] + way[..., 1] * way[..., 1])
+    """The length of vectors (2, ...); `np.hypot` would round differently from a `Walk`."""
+    return np.asarray(np.sqrt(way[0] * way[0] + way[1] * way[1]))
 
 
 def _rows(begin: IntArray, count: IntArray) -> tuple[IntArray, np.ndarray]:

@@ -1,14 +1,16 @@
-"""The observations of a whole recording at once, with arrays: a `Sampler`'s numbers, sooner."""
+"""The observations of whole recordings at once, with arrays: a `Sampler`'s numbers, sooner."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from kendon.errors import ParameterError
-from kendon.features.gaze import blend, eye_gaze, head_gaze
-from kendon.features.motion_of_track import Positions, approach_speeds, median
+from kendon.features.gaze_of_track import blended, eye_gaze, head_gaze
+from kendon.features.motion_of_track import Positions, Stamps, approach_speeds, median
 from kendon.features.proxemics import distance, to_world
 from kendon.features.sampler import (
     PERIOD,
@@ -45,77 +47,136 @@ def observe(
         ParameterError: the face is not finite, the period is not positive, or the track is
             shorter than one interval.
     """
+    [seen] = observe_all([track], robot_face, period)
+    return seen if name is None else replace(seen, name=name)
+
+
+def observe_all(
+    tracks: Sequence[Track], robot_face: Vec3 = ROBOT_FACE, period: float = PERIOD
+) -> list[Observations]:
+    """What `observe` gives for each track, sooner.
+
+    All frames go through the same arrays: a hundred greetings take a third of the time that they
+    take one by one, and some megabytes. More at once gain nothing.
+
+    Args:
+        tracks: each at least one interval long.
+        robot_face: the robot's face in its base frame [m].
+        period: the interval between observations [s].
+
+    Raises:
+        ParameterError: as `observe` does.
+    """
     face, period = checked_face(robot_face), checked_period(period)
-    name = track.name if name is None else name
-    if (np.diff(track.t) > MAX_GAP).any():
-        return _observed_frame_by_frame(track, face, period, name)
+    leaps = [bool((np.diff(track.t) > MAX_GAP).any()) for track in tracks]
+    whole = [track for track, leap in zip(tracks, leaps, strict=True) if not leap]
+    together = iter(_observed_together(whole, face, period) if whole else ())
+    return [
+        _observed_frame_by_frame(track, face, period) if leap else next(together)
+        for track, leap in zip(tracks, leaps, strict=True)
+    ]
+
+
+def _observed_frame_by_frame(track: Track, face: Vec3, period: float) -> Observations:
+    """For a track with a leap of the clock, at which a sampler begins anew."""
+    sampler = Sampler(face, period)
+    rows = [seen for frame in track for seen in sampler.push(frame)]
+    rows += sampler.advance(float(track.t[-1]) + TOLERANCE)
+    seen = Observations.from_rows(rows, track.name)
+    if track.phases is None:
+        return seen
+    stops = np.searchsorted(track.t, seen.t + TOLERANCE, side="right")
+    starts = np.concatenate([[0], stops[:-1]])
+    return replace(seen, phases=_phases(track.phases, starts, stops))
+
+
+def _observed_together(tracks: Sequence[Track], face: Vec3, period: float) -> list[Observations]:
+    """For tracks without leaps: their frames one after the other, and so their intervals."""
+    each = [_ends_of_intervals(track, period) for track in tracks]
+    stamps, intervals = _joined([track.t for track in tracks]), _joined(each)
+    starts, stops = _rows_of_intervals(stamps, intervals)
+    medians = _medians(tracks, starts, stops, face)
+    speeds = _speeds(tracks, stamps, intervals, starts, stops, period)
+    values = np.stack([medians[0], speeds, *medians[1:]], axis=1)
+    unlabelled = [np.full(len(t.t), -1) if t.phases is None else t.phases for t in tracks]
+    phases = _phases(np.concatenate(unlabelled), starts, stops)
+    borders = np.cumsum([0, *map(len, each)]).tolist()
+    return [
+        Observations(ends, values[a:b], None if track.phases is None else phases[a:b], track.name)
+        for track, ends, a, b in zip(tracks, each, borders[:-1], borders[1:], strict=True)
+    ]
+
+
+def _ends_of_intervals(track: Track, period: float) -> FloatArray:
     # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
     ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
-    ends = ends[ends <= track.t[-1:] + TOLERANCE + ROUNDING]
+    # Written as the sampler does it, too: in seconds since 1970 the rounding is lost.
+    ends = ends[ends - ROUNDING < track.t[-1:] + TOLERANCE]
     if not len(ends):
         raise ParameterError(
             f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
             f" the first observation needs {period:g} s"
         )
-    starts, stops = _rows_of_intervals(track.t, ends)
-    medians = _medians(track, starts, stops, face)
-    speeds = _speeds(track, starts, stops, ends, period)
-    values = np.column_stack([medians[:, 0], speeds, medians[:, 1:]])
-    phases = None if track.phases is None else _phases(track.phases, starts, stops)
-    return Observations(ends, values, phases, name)
+    return ends
 
 
-def _observed_frame_by_frame(track: Track, face: Vec3, period: float, name: str) -> Observations:
-    """For a track with a leap of the clock, at which a sampler begins anew."""
-    sampler = Sampler(face, period)
-    rows = [seen for frame in track for seen in sampler.push(frame)]
-    rows += sampler.advance(float(track.t[-1]) + TOLERANCE)
-    seen = Observations.from_rows(rows, name)
-    if track.phases is None:
-        return seen
-    stops = np.searchsorted(track.t, seen.t + TOLERANCE, side="right")
-    starts = np.concatenate([[0], stops[:-1]])
-    return Observations(seen.t, seen.values, _phases(track.phases, starts, stops), name)
+def _joined(times: Sequence[FloatArray]) -> Stamps:
+    """Times of one track after the other [s]."""
+    return Stamps(np.repeat(np.arange(len(times)), [len(t) for t in times]), np.concatenate(times))
 
 
-def _rows_of_intervals(t: FloatArray, ends: FloatArray) -> tuple[IntArray, IntArray]:
+def _rows_of_intervals(stamps: Stamps, intervals: Stamps) -> tuple[IntArray, IntArray]:
     """The first row of each interval and the row after its last one."""
-    stops = np.searchsorted(t, ends + TOLERANCE, side="right")
-    starts = np.concatenate([[0], stops[:-1]])
+    stops = stamps.search(intervals.track, intervals.t + TOLERANCE, "right")
+    begins = np.searchsorted(stamps.track, intervals.track)  # the first row of the track
+    # The intervals before a track's first one are other tracks', and end before it begins.
+    starts = np.maximum(np.concatenate([[0], stops[:-1]]), begins)
     for k in np.flatnonzero(starts == stops).tolist():
-        newest = t[max(0, stops[k] - SPACINGS - 1) : stops[k]]
-        if still_counts(newest.tolist(), float(ends[k])):
+        newest = stamps.t[max(begins[k], stops[k] - SPACINGS - 1) : stops[k]]
+        if still_counts(newest.tolist(), float(intervals.t[k])):
             starts[k] -= 1
     return starts, stops
 
 
-def _medians(track: Track, starts: IntArray, stops: IntArray, face: Vec3) -> FloatArray:
-    """Distance, gaze, smile and gestures of K intervals, shape (K, 6)."""
-    way = distance(track.head)
-    look = head_gaze(track.head, track.head_rotation, face)
-    if np.isfinite(track.eyes).any():
-        eyes = eye_gaze(track.eyes, track.eye_gaze, face)
-        rows_of_gaze = zip(eyes.tolist(), look.tolist(), way.tolist(), strict=True)
-        look = np.array([blend(*row) for row in rows_of_gaze])
+def _medians(tracks: Sequence[Track], starts: IntArray, stops: IntArray, face: Vec3) -> FloatArray:
+    """Distance, gaze, smile and gestures of K intervals, shape (6, K)."""
+    head = np.concatenate([track.head for track in tracks])
+    way = distance(head)
+    look = head_gaze(head, np.concatenate([track.head_rotation for track in tracks]), face)
+    eyes = np.concatenate([track.eyes for track in tracks])
+    if np.isfinite(eyes).any():
+        gaze = eye_gaze(eyes, np.concatenate([track.eye_gaze for track in tracks]), face)
+        look = blended(gaze, look, way)
+    smile = np.concatenate([track.smile for track in tracks])
+    gestures = np.concatenate([track.gestures for track in tracks])
     rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
-    values = np.column_stack([way, look, track.smile, track.gestures])
-    taken = values[np.minimum(rows, len(track) - 1)]
-    taken[rows >= stops[:, None]] = np.nan
+    outside = rows >= stops[:, None]
+    taken = np.stack([way, look, smile, *gestures.T])[:, np.minimum(rows, len(head) - 1)]
+    taken[:, outside] = np.nan
     return median(taken)
 
 
 def _speeds(
-    track: Track, starts: IntArray, stops: IntArray, ends: FloatArray, period: float
+    tracks: Sequence[Track],
+    stamps: Stamps,
+    intervals: Stamps,
+    starts: IntArray,
+    stops: IntArray,
+    period: float,
 ) -> FloatArray:
-    """The person's speed at the ends of K intervals, shape (K,)."""
-    places = to_world(track.head, track.robot)
+    """People's speeds at the ends of K intervals, shape (K,)."""
+    robot = np.concatenate([track.robot for track in tracks])
+    places = to_world(np.concatenate([track.head for track in tracks]), robot)
     known = np.flatnonzero(np.isfinite(places).all(axis=1))
     first, stop = np.searchsorted(known, starts), np.searchsorted(known, stops)
-    # A run of positions begins where the person is first seen again after a blind interval.
+    # A run of positions begins where the person is first seen again after a blind interval, and
+    # where the track begins.
     blind = first == stop
     runs = np.concatenate([[0], np.maximum.accumulate(np.where(blind, stop, 0))[:-1]])
-    positions = Positions(track.t[known], places[known], track.robot[known, :2])
-    speeds = approach_speeds(positions, runs, stop, ends, period)
+    there = Stamps(stamps.track[known], stamps.t[known])
+    runs = np.maximum(runs, np.searchsorted(there.track, intervals.track))
+    positions = Positions(there, places[known], robot[known, :2])
+    speeds = approach_speeds(positions, runs, stop, intervals.t, period)
     speeds[blind] = np.nan
     return speeds
 

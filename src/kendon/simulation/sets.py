@@ -8,12 +8,13 @@ from enum import StrEnum
 import numpy as np
 
 from kendon.errors import ParameterError
-from kendon.features import observe
+from kendon.features import observe_all
 from kendon.observations import Observations
+from kendon.person import Track
 from kendon.simulation.greeters import draw_greeter, draw_passerby, perform
 from kendon.simulation.sensors import SENSORS, Sensor, draw_sensor
 
-#: So many greetings go through one call of a worker.
+#: So many greetings are observed at once, in one call of a worker.
 _BATCH = 100
 
 
@@ -82,10 +83,10 @@ def simulate(
 def _batch(
     start: int, stop: int, seed: int, seeing: Seeing, passersby: float
 ) -> list[Observations]:
-    return [_person(number, seed, seeing, passersby) for number in range(start, stop)]
+    return observe_all([_person(number, seed, seeing, passersby) for number in range(start, stop)])
 
 
-def _person(number: int, seed: int, seeing: Seeing, passersby: float) -> Observations:
+def _person(number: int, seed: int, seeing: Seeing, passersby: float) -> Track:
     rng = np.random.default_rng([seed, number])
     if rng.random() < passersby:
         track = draw_passerby(rng, f"passerby_{number:05d}")
@@ -96,4 +97,4 @@ def _person(number: int, seed: int, seeing: Seeing, passersby: float) -> Observa
         sensor = SENSORS["noisy"]
     elif seeing is Seeing.VARIED and rng.random() < SENSED_SHARE:
         sensor = draw_sensor(rng)
-    return observe(sensor.see(track, rng) if sensor else track)
+    return sensor.see(track, rng) if sensor else track

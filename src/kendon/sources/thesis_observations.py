@@ -14,7 +14,7 @@ import numpy as np
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.features import PERIOD, ROBOT_FACE
-from kendon.features.gaze import head_gaze
+from kendon.features.gaze_of_track import head_gaze
 from kendon.features.proxemics import distance, to_world
 from kendon.geometry import Vec3
 from kendon.observations import FEATURES, Observations
