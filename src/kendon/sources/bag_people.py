@@ -255,10 +255,13 @@ class PeopleReading:
                 columns = [*poses.position[known, :2].T, yaw]
                 # A robot's pose must be known in every frame: between known ones a straight way.
                 return np.stack([np.interp(stamps, stamps[known], c) for c in columns], axis=1)
-        notes.append(
-            f"{self._base} has no known place in {' or '.join(WORLDS)}: the robot is taken to"
-            " stand still."
-        )
+            told = self._tree.stamps(self._base)
+            known_when = f" (stamped from {_seconds(told)} s)" if len(told) else ""
+            reason = f"is never known in {self._world}{known_when} while people are seen"
+            reason += f" (stamped from {_seconds(stamps)} s)"
+        else:
+            reason = f"has no place in {' or '.join(WORLDS)}"
+        notes.append(f"{self._base} {reason}: the robot is taken to stand still.")
         return None
 
     def _why_unknown(self, frame: str, stamps: IntArray) -> str:

@@ -12,7 +12,7 @@ import functools
 import os
 from pathlib import Path
 
-from kendon.errors import DataError, UnknownNameError
+from kendon.errors import DataError
 from kendon.person import Track
 from kendon.sources.bag_people import BagOptions, BagPerson, PeopleReading, head_stamps, listed
 from kendon.sources.base import SourceOptions, register
@@ -47,8 +47,7 @@ class BagSource(RecordedSource):
 
         Raises:
             MissingExtraError: rosbags is not installed.
-            DataError: the bag is missing, torn, or holds no person with a place.
-            UnknownNameError: nobody in the bag goes by that id.
+            DataError: the bag is missing, torn, holds no person with a place, or none of that id.
         """
         path, name = _split(spec)
         found = read_bag(path, BagOptions(camera=options.camera), person=name)
@@ -69,8 +68,7 @@ def read_bag(
 
     Raises:
         MissingExtraError: rosbags is not installed.
-        DataError: the bag is missing, torn, or holds no person with a place.
-        UnknownNameError: nobody in the bag goes by that id.
+        DataError: the bag is missing, torn, holds no person with a place, or none of that id.
     """
     log, people = _people(Path(path))
     if person is None:
@@ -78,9 +76,8 @@ def read_bag(
     else:
         named = [p for p in people if p.name == person] or [p for p in people if person in p.ids]
         if not named:
-            raise UnknownNameError(
-                f"person in {Path(path).name},", person, [p.name for p in people]
-            )
+            names = listed([p.name for p in people])
+            raise DataError(f"there is no person {person!r}; valid: {names}", file=path)
         chosen = named[0]
     found = PeopleReading(Path(path), log, people, options or BagOptions()).person(chosen)
     if person is None and len(people) > 1:

@@ -104,7 +104,6 @@ class TransformTree:
         self._edges: dict[str, _Edge] = {}  # made when asked for
         self.refused = 0  # transforms that are no poses: NaN, or a quaternion without length 1
         self.late = 0  # transforms that came after a newer one of the same frame
-        self.repeated = 0  # transforms whose stamp the frame had already
 
     def add(
         self,
@@ -223,7 +222,8 @@ class TransformTree:
             self._edges[frame] = self._sorted(self._told[frame])
         return self._edges.get(frame)
 
-    def _sorted(self, told: _Told) -> _Edge:
+    @staticmethod
+    def _sorted(told: _Told) -> _Edge:
         if not told.stamps:
             assert told.fixed is not None
             parent, pose = told.fixed
@@ -231,7 +231,6 @@ class TransformTree:
             return _Edge((parent,), np.zeros(1, dtype=np.int64), nothing, np.array([pose]))
         # np.unique keeps the first of equal stamps.
         stamps, first = np.unique(np.array(told.stamps, dtype=np.int64), return_index=True)
-        self.repeated += len(told.stamps) - len(stamps)
         names = tuple(dict.fromkeys(told.parents))
         number = {name: i for i, name in enumerate(names)}
         parent_of = np.array([number[name] for name in told.parents], dtype=np.int64)
