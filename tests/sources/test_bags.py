@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import shutil
+import sqlite3
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -465,6 +467,13 @@ def test_frames_without_a_way_to_the_base(tmp_path: Path) -> None:
     assert "no transforms connect face_f1 with base_footprint" in message
 
 
+def test_a_base_that_sees_nobody_gives_way_to_one_that_does(tmp_path: Path) -> None:
+    told: list[Told] = [Transform(0, "base_link", OPTICAL, (0, 0, 1), quat(LEVEL), static=True)]
+    told.append(Transform(0, "map", "base_footprint", static=True))
+    track = read_bag(write_bag(tmp_path, "db3", told + face("f1"))).track
+    np.testing.assert_allclose(track.head[0], walk(0) + np.array([0, 0, 1]), atol=1e-7)
+
+
 def test_an_unknown_person(tmp_path: Path) -> None:
     message = wrong(tmp_path, two_people(), person="eve")
     assert "there is no person 'eve'; valid: ann, bob" in message
@@ -517,6 +526,18 @@ def test_what_is_no_bag_is_not_recognised(tmp_path: Path) -> None:
     marked = write_bag(tmp_path, "bag", face("f1"), "a#b")
     assert find_source(marked) is BagSource
     assert read_bag(marked).track.name == "a#b_f1"
+
+
+def test_a_bag_without_message_definitions(tmp_path: Path) -> None:
+    # ROS 2 Humble and older write none into .db3 files.
+    told: list[Told] = [*face("f1", frames=31), Units(0.5, "f1", {6: 1.0, 12: 2.0})]
+    told.append(Match(0.1, (2, "f1"), (1, "ann"), 0.7))
+    path = write_bag(tmp_path, "db3", told)
+    with closing(sqlite3.connect(path / "people.db3")) as storage, storage:
+        storage.execute("DELETE FROM message_definitions")
+    track = read_bag(path).track
+    assert track.name == "people_ann"
+    assert track.smile[15] == 1.5
 
 
 def test_a_bag_that_was_recorded_anew_is_read_anew(tmp_path: Path) -> None:

@@ -73,7 +73,12 @@ class PeopleReading:
         self._start = min(int(head_stamps(log, person)[0]) for person in people)
         self._notes = list(_clock_notes(log))
         frames = self._tree.frames
-        base = options.base or next((name for name in BASES if name in frames), None)
+        bases = [name for name in BASES if name in frames]
+        seen = _head_frames(people[0])[0]
+        # One that is not connected is better than none: its error tells what is missing.
+        base = options.base or next(
+            (name for name in bases if self._tree.connected(name, seen)), next(iter(bases), None)
+        )
         if base is not None and base not in frames:
             raise DataError(f"there is no frame {base!r}; valid: {listed(frames)}", file=path)
         self._camera = None if base else options.camera
@@ -120,7 +125,7 @@ class PeopleReading:
         return BagPerson(track, tuple(notes))
 
     def _sensor(self, people: list[Person]) -> str:
-        """The frame in which most faces are given: that of the camera."""
+        """The frame in which the first person is given: that of the camera."""
         first = people[0]
         frame = f"face_{first.faces[0]}" if first.faces else f"body_{first.bodies[0]}"
         return (self._tree.parents(frame) or [frame])[0]
@@ -268,8 +273,8 @@ class PeopleReading:
         """Why a frame is nowhere known in the base."""
         if not self._tree.connected(self._base, frame):
             return (
-                f"no transforms connect {frame} with {self._base}; frames in it:"
-                f" {listed(self._tree.frames)}"
+                f"no transforms connect {frame} with {self._base} (was /tf_static recorded?);"
+                f" frames in it: {listed(self._tree.frames)}"
             )
         for other in self._ancestors(self._base) + self._ancestors(frame):
             told = self._tree.stamps(other)
@@ -308,8 +313,12 @@ def _clock_notes(log: HumansLog) -> list[str]:
 
 def head_stamps(log: HumansLog, person: Person) -> IntArray:
     """When somebody was told of [ns], sorted, each stamp once."""
-    frames = [f"face_{i}" for i in person.faces] + [f"head_{i}" for i in person.bodies]
-    return np.unique(np.concatenate([log.transforms.stamps(frame) for frame in frames]))
+    told = [log.transforms.stamps(frame) for frame in _head_frames(person)]
+    return np.unique(np.concatenate(told))
+
+
+def _head_frames(person: Person) -> list[str]:
+    return [f"face_{i}" for i in person.faces] + [f"head_{i}" for i in person.bodies]
 
 
 def _far(stamps: IntArray, others: IntArray, limit: int) -> NDArray[np.bool_]:

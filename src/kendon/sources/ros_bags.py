@@ -15,6 +15,9 @@ from kendon.errors import DataError, MissingExtraError
 
 #: What a bag that is a single file ends in.
 BAG_SUFFIXES = (".bag", ".mcap", ".db3")
+#: What may mend a recording that was broken off.
+_MENDS = {".bag": "rosbag reindex", ".mcap": "mcap recover"}
+_MENDS_ROS2 = "ros2 bag reindex"
 #: The file that makes a folder a ROS 2 bag.
 METADATA = "metadata.yaml"
 
@@ -105,4 +108,8 @@ def _torn(path: Path, error: Exception) -> DataError:
     reason = " ".join(str(error).split()).rstrip(".") or type(error).__name__
     # rosbags names files with their whole path, and the message begins with it anyway.
     reason = reason.replace(str(path.parent) + "/", "")[:150]
-    return DataError(f"this bag is torn, or none that rosbags can read ({reason})", file=path)
+    mend = _MENDS.get(path.suffix.lower(), _MENDS_ROS2)
+    return DataError(
+        f"this bag is torn, or none that rosbags can read ({reason}); `{mend}` may mend it",
+        file=path,
+    )
