@@ -20,7 +20,7 @@ from kendon.observations import (
     write_observations,
 )
 from kendon.person import PersonFrame, Track
-from kendon.sources import SourceOptions, find_source, open_source
+from kendon.sources import SourceOptions, find_source, open_source, recordings
 from kendon.tables import is_index, is_observations, read_table, write_table
 
 #: The file that lists the greetings of a set.
@@ -30,15 +30,21 @@ INDEX = "index.csv"
 def expand(paths: Iterable[str | Path]) -> list[Path | str]:
     """The recordings that files, folders and indexes stand for, each once, in order.
 
+    A file of several people may stand for one recording each (`Source.recordings`).
+
     Raises:
         DataError: a folder holds no CSV file, or an index names a file that is not there.
+        MissingExtraError: an extra is needed to tell who is in a file.
     """
     found: dict[Path | str, None] = {}
     for path in paths:
         if not str(path):
             raise DataError("an empty name is no recording")
         place = Path(path)
-        if place.is_dir():
+        people = recordings(path)
+        if len(people) > 1 or (people and place.is_dir()):
+            found.update(dict.fromkeys(people))
+        elif place.is_dir():
             index = place / INDEX
             files = _listed(index) if index.exists() else sorted(place.glob("*.csv"))
             if not files:

@@ -21,6 +21,7 @@ from kendon.trees import NODES, Port, shipped_trees, write_trees
 
 #: The packages of each optional extra, by the name they are imported under.
 _EXTRAS = {
+    "bags": {"rosbags": "rosbags"},
     "camera": {"mediapipe": "mediapipe", "cv2": "opencv-contrib-python", "pooch": "pooch"},
 }
 

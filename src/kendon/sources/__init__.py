@@ -1,12 +1,14 @@
 """Where people come from: files, devices and the simulation, each a thin adapter."""
 
 from kendon.sources.avdiar import AvdiarSource, read_avdiar_pairs
+from kendon.sources.bags import BagSource, read_bag, read_bag_people
 from kendon.sources.base import (
     CameraMount,
     Source,
     SourceOptions,
     find_source,
     open_source,
+    recordings,
     registered_sources,
 )
 from kendon.sources.isr_uol import IsrUolSource, read_isr_uol_pairs
@@ -18,6 +20,7 @@ from kendon.sources.video import CameraSource, VideoSource
 
 __all__ = [
     "AvdiarSource",
+    "BagSource",
     "CameraMount",
     "CameraSource",
     "IsrUolSource",
@@ -32,8 +35,11 @@ __all__ = [
     "find_source",
     "open_source",
     "read_avdiar_pairs",
+    "read_bag",
+    "read_bag_people",
     "read_isr_uol_pairs",
     "read_openface",
     "read_uol_pairs",
+    "recordings",
     "registered_sources",
 ]

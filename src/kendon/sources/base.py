@@ -80,6 +80,18 @@ class Source(ABC):
         del options
         raise DataError(f"{cls.__name__} is made in Python, not opened by a name", file=spec)
 
+    @classmethod
+    def recordings(cls, spec: str) -> list[str]:
+        """The people that `spec` stands for, each by a name to open them by.
+
+        Itself, unless a file holds several people of whom each is read for themselves.
+
+        Raises:
+            DataError: there is something wrong with what it reads.
+            MissingExtraError: it needs an extra that is not installed.
+        """
+        return [spec]
+
     @abstractmethod
     def frames(self) -> Iterator[PersonFrame]:
         """The person, frame by frame, with growing stamps [s]."""
@@ -157,6 +169,19 @@ def find_source(spec: str | Path, *, name: str | None = None) -> type[Source]:
         " tells what each of them reads",
         file=path,
     )
+
+
+def recordings(spec: str | Path) -> list[str]:
+    """Everybody whom a file or device stands for (`Source.recordings`); nobody if none reads it.
+
+    Raises:
+        DataError: there is something wrong with what its source reads.
+        MissingExtraError: its source needs an extra that is not installed.
+    """
+    for source in _REGISTER.values():
+        if source.recognises(str(spec)):
+            return source.recordings(str(spec))
+    return []
 
 
 def open_source(
