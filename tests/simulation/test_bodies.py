@@ -244,7 +244,9 @@ def test_a_hand_is_held_out_at_the_height_of_hands_and_shaken_up_and_down(seed: 
     motion = stand(replace(body, sway=0.0), t, movement)
     wrist = motion.joints[f"{movement.hands}_wrist"]
     assert (wrist[:, 0] - motion.joints[f"{movement.hands}_shoulder"][:, 0] > 0.2).all()
-    assert 0.9 < wrist[:, 2].min() < wrist[:, 2].max() < 1.2
+    # Very tall people do not reach down so far.
+    highest = max(1.2, 0.818 * body.stature - 0.7 * body.reach + 0.05)
+    assert 0.9 < wrist[:, 2].min() < wrist[:, 2].max() < highest + 1e-9
     shaken = t >= begin
     assert frequency(t[shaken], wrist[shaken, 2]) == pytest.approx(movement.rate, rel=0.08)
     assert np.ptp(wrist[shaken, 2]) == pytest.approx(movement.size, rel=0.15)

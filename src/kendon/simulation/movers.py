@@ -118,7 +118,7 @@ def _way(
     if not walks:
         # Who stands may be turned away, and may turn.
         turned = float(rng.normal(0, 0.15 if closes else 0.5))
-        if rng.random() < 0.3:
+        if rng.random() < 0.3 and not closes:
             begin, seconds = rng.uniform(0, t[-1]), rng.uniform(0.7, 1.5)
             heading += (1 - min_jerk((t - begin) / seconds)) * rng.uniform(-1.2, 1.2)
         return 0 * t, np.full(len(t), stop), (bearing, 0 * t), heading + turned
