@@ -45,7 +45,7 @@ def test_nobody_runs_and_everybody_stands_in_the_end(seed: int) -> None:
     seen = observe(perform(greeter, rng))
     speed = seen.values[:, 1]
     assert np.nanmax(speed) < greeter.speed + 0.5
-    assert abs(np.nanmedian(speed[-3:])) < 0.15
+    assert abs(np.nanmedian(speed[-3:])) < 0.35  # swaying, not walking
     assert seen.phases is not None
     assert np.isfinite(seen.values[:, 0]).all()
 

@@ -15,9 +15,12 @@ import numpy as np
 from kendon.person import FloatArray, IntArray, Track
 from kendon.phases import Phase
 from kendon.simulation.embodiment import Salutation, with_body
+from kendon.simulation.walk import Walk
 
 #: Frames a second.
 RATE = 30.0
+#: In which phases, by their numbers, people smile.
+_SMILING = np.isin(np.arange(7), (Phase.DS, Phase.FA, Phase.CS))
 #: Where the robot's face is that people look at [m].
 _ROBOT_FACE = np.array([0.0, 0.0, 1.2])
 
@@ -66,7 +69,7 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
     pause_at = float(rng.uniform(3.5, start - 0.5)) if pauses else math.nan
     pause = float(rng.uniform(0.4, 1.5))
 
-    walk = _Walk(start, stop, speed, acceleration, sighting, pause_at, pause)
+    walk = Walk(start, stop, speed, acceleration, sighting, pause_at, pause)
     arrival, border = walk.arrival, walk.time_at(final)
     # 2.1.2, 3.4: ten in a hundred salute before they set off, twenty in the final approach, the
     # others on the way; in the videos 18 of 33 salute at all (table 3.2).
@@ -110,59 +113,6 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
     )
 
 
-@dataclass(frozen=True)
-class _Walk:
-    """The way from the start to the stop: standing, walking, perhaps pausing, standing."""
-
-    start: float
-    stop: float
-    speed: float
-    acceleration: float
-    sighting: float
-    pause_at: float
-    pause: float
-
-    @property
-    def _legs(self) -> list[tuple[float, float]]:
-        """Time at which each leg begins and its length."""
-        if math.isnan(self.pause_at):
-            return [(self.sighting, self.start - self.stop)]
-        first = self.start - self.pause_at
-        second = self.sighting + self._seconds(first) + self.pause
-        return [(self.sighting, first), (second, self.pause_at - self.stop)]
-
-    def _seconds(self, length: float) -> float:
-        """How long a leg takes that begins and ends at rest."""
-        ramp = min(self.speed / self.acceleration, math.sqrt(length / self.acceleration))
-        top = ramp * self.acceleration
-        return 2 * ramp + (length - top * ramp) / top
-
-    @property
-    def arrival(self) -> float:
-        """When the person stands before the robot."""
-        begin, length = self._legs[-1]
-        return begin + self._seconds(length)
-
-    def distance(self, t: FloatArray) -> FloatArray:
-        """How far from the robot the person is at times t."""
-        gone = np.zeros_like(t)
-        for begin, length in self._legs:
-            whole = self._seconds(length)
-            ramp = min(self.speed / self.acceleration, whole / 2)
-            since = np.clip(t - begin, 0, whole)
-            early, late = np.minimum(since, ramp), np.maximum(since - (whole - ramp), 0)
-            cruise = np.clip(since - ramp, 0, whole - 2 * ramp)
-            top = ramp * self.acceleration
-            gone += self.acceleration * early**2 / 2 + top * cruise
-            gone += top * late - self.acceleration * late**2 / 2
-        return self.start - gone
-
-    def time_at(self, distance: float) -> float:
-        """When the person comes that near; when they set off if they start nearer."""
-        t = np.arange(self.sighting, self.arrival + 0.02, 0.02)
-        return float(t[np.argmax(self.distance(t) <= distance)])
-
-
 def perform(
     greeter: Greeter, rng: np.random.Generator, name: str = "", *, joints: bool = False
 ) -> Track:
@@ -172,16 +122,16 @@ def perform(
     person gets a body (`joints`), moves, and leaves it to detectors to find the gestures.
     """
     g = greeter
-    walk = _Walk(g.start, g.stop, g.speed, g.acceleration, g.sighting, g.pause_at, g.pause)
+    walk = Walk(g.start, g.stop, g.speed, g.acceleration, g.sighting, g.pause_at, g.pause)
     closes = walk.arrival + g.closing
     t = np.arange(0.0, closes + g.close, 1 / RATE)
     way = walk.distance(t)
     phases = _phases(g, t, way, closes)
-    moving = np.gradient(way, t) < -0.2
+    moving = np.gradient(way, 1 / RATE) < -0.2
     steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)  # 1.8 steps a second, ours
     sway = np.where(moving, 1.0, 0.2)
     # Who stands shifts their weight: some centimetres, at up to some 10 cm/s (ours).
-    along = way + 0.015 * sway * np.sin(steps) + _wander(t, rng.uniform(0.005, 0.03), rng)
+    along = way + 0.015 * sway * np.sin(steps) + _wander(t, rng.uniform(0.003, 0.015), rng)
     across = g.aside * way / g.start + 0.02 * sway * np.sin(steps / 2)
     c, s = math.cos(g.bearing), math.sin(g.bearing)
     head = np.stack(
@@ -218,13 +168,15 @@ def _salutations(g: Greeter, closes: float) -> list[Salutation]:
 
 
 def _phases(g: Greeter, t: FloatArray, way: FloatArray, closes: float) -> IntArray:
-    phases = np.where(way < g.final, Phase.FA, Phase.APP)
+    phases = np.where(way < g.final, Phase.FA.value, Phase.APP.value)
     phases[t < g.sighting] = Phase.IA
-    phases[(t >= g.wave_at) & (t < g.wave_at + g.wave)] = Phase.DS
-    dip = g.wave_at + g.wave + g.dip_after
-    phases[(t >= dip) & (t < dip + g.dip)] = Phase.HD
+    if g.wave_at == g.wave_at:
+        phases[(t >= g.wave_at) & (t < g.wave_at + g.wave)] = Phase.DS
+    if g.dip_after == g.dip_after:
+        dip = g.wave_at + g.wave + g.dip_after
+        phases[(t >= dip) & (t < dip + g.dip)] = Phase.HD
     phases[t >= closes] = Phase.CS
-    return phases.astype(np.int64)
+    return phases
 
 
 def _look(
@@ -233,13 +185,13 @@ def _look(
     """Where the head points: at the robot's face in salutations, away on the way (2.1.4)."""
     away = np.zeros(len(t))
     down = np.zeros(len(t))
-    averted = (phases == Phase.APP) & (not g.stares)
+    averted = (phases == Phase.APP.value) & (not g.stares)
     # 2.1.1: the first half of the sighting is often without a direct look.
     averted |= (t < g.sighting / 2) & (not g.stares)
     (down if g.downward else away)[averted] = g.aversion * (1 if rng.random() < 0.5 else -1)
     if g.downward:
         down = np.abs(down)
-    down[phases == Phase.HD] = rng.uniform(0.6, 1.1)
+    down[phases == Phase.HD.value] = rng.uniform(0.6, 1.1)
     # People seldom point their noses exactly at whom they look at.
     away += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
     down += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
@@ -253,22 +205,24 @@ def _look(
 
 def _smile(g: Greeter, t: FloatArray, phases: IntArray, rng: np.random.Generator) -> FloatArray:
     """A smile in salutations and in the final approach, fading between (2.1.2, 2.1.4, 2.1.5)."""
-    smiling = np.isin(phases, (Phase.DS, Phase.FA, Phase.CS))
+    smiling = _SMILING[phases]
     level = np.where(smiling, max(g.smile, g.calm_smile), g.calm_smile)
-    return np.clip(_smooth(level, 0.2) + _wander(t, 0.05, rng), 0, 5)
+    return (_smooth(level, 0.2) + _wander(t, 0.05, rng)).clip(0, 5)
 
 
 def _wander(t: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
     """A slow, smooth coming and going of a given size."""
     turns, starts = rng.uniform(2, 9, 3), rng.uniform(0, 2 * math.pi, 3)  # [rad/s], [rad]
-    waves = np.sin(t[:, None] * turns + starts).sum(axis=1)
-    return np.asarray(size * waves / math.sqrt(1.5))
+    a, b, c = np.sin(turns[:, None] * t + starts[:, None])
+    return np.asarray(size * (a + b + c) / math.sqrt(1.5))
 
 
 def _smooth(values: FloatArray, seconds: float) -> FloatArray:
     """Follow with a delay: the mean over the last stretch of `2 * seconds`."""
     n = max(1, round(2 * seconds * RATE))
-    sums = np.cumsum(np.concatenate([np.full(n, values[0]), values]))
+    padded = np.empty(n + len(values))
+    padded[:n], padded[n:] = values[0], values
+    sums = padded.cumsum()
     return np.asarray((sums[n:] - sums[:-n]) / n)
 
 

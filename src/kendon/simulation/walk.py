@@ -1,0 +1,63 @@
+"""The way a drawn greeter walks: from standing to standing, in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendon.person import FloatArray
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The way from the start to the stop: standing, walking, perhaps pausing, standing."""
+
+    start: float  # [m] from the robot
+    stop: float  # [m] from the robot
+    speed: float  # [m/s]
+    acceleration: float  # [m/s^2], setting off and stopping
+    sighting: float  # [s], how long they stand first
+    pause_at: float  # [m] from the robot; NaN = they walk through
+    pause: float  # [s]
+
+    @property
+    def _legs(self) -> list[tuple[float, float]]:
+        """Time at which each leg begins and its length."""
+        if math.isnan(self.pause_at):
+            return [(self.sighting, self.start - self.stop)]
+        first = self.start - self.pause_at
+        second = self.sighting + self._seconds(first) + self.pause
+        return [(self.sighting, first), (second, self.pause_at - self.stop)]
+
+    def _seconds(self, length: float) -> float:
+        """How long a leg takes that begins and ends at rest."""
+        ramp = min(self.speed / self.acceleration, math.sqrt(length / self.acceleration))
+        top = ramp * self.acceleration
+        return 2 * ramp + (length - top * ramp) / top
+
+    @property
+    def arrival(self) -> float:
+        """When the person stands before the robot."""
+        begin, length = self._legs[-1]
+        return begin + self._seconds(length)
+
+    def distance(self, t: FloatArray) -> FloatArray:
+        """How far from the robot the person is at times t."""
+        gone = np.zeros_like(t)
+        for begin, length in self._legs:
+            whole = self._seconds(length)
+            ramp = min(self.speed / self.acceleration, whole / 2)
+            since = (t - begin).clip(0, whole)
+            early, late = np.minimum(since, ramp), np.maximum(since - (whole - ramp), 0)
+            cruise = (since - ramp).clip(0, whole - 2 * ramp)
+            top = ramp * self.acceleration
+            gone += self.acceleration * early**2 / 2 + top * cruise
+            gone += top * late - self.acceleration * late**2 / 2
+        return self.start - gone
+
+    def time_at(self, distance: float) -> float:
+        """When the person comes that near; when they set off if they start nearer."""
+        t = np.arange(self.sighting, self.arrival + 0.02, 0.02)
+        return float(t[np.argmax(self.distance(t) <= distance)])
