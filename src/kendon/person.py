@@ -55,6 +55,7 @@ class PersonFrame:
     csal: float = math.nan  # [probability], given by hand
     hdip: float = math.nan  # [probability], given by hand
     robot: Pose2D = ORIGIN  # the robot's pose in the world at that instant
+    who: int | None = None  # which of the people that a source tells apart; None = it does not
 
     @property
     def seen(self) -> bool:
@@ -101,6 +102,7 @@ class PersonFrame:
             self.csal,
             self.hdip,
             robot,
+            self.who,
         )
 
 
