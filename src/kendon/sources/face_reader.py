@@ -11,9 +11,9 @@ from kendon.sources.face_finder import ByteImage, FaceBox, FaceFinder
 from kendon.sources.face_landmarks import FaceLandmarks, FaceReading, Window
 from kendon.sources.face_tracks import FaceTracks, distinct
 
-#: So often the whole picture is searched while all known faces are seen [s]: a face that comes in
-#: is noticed as soon as an observation is made.
-SEARCH_PERIOD = 0.2
+#: So often the whole picture is searched while all known faces are seen [s]. Not as often as
+#: observations are made, 0.2 s: the slow searches would all fall on the pictures that end one.
+SEARCH_PERIOD = 0.25
 #: So often while somebody is lost, or nobody is there [s].
 LOST_SEARCH_PERIOD = 0.1
 #: So many faces are read in one picture, the largest: each costs about 13 ms of one slow core.
