@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from kendon.errors import DataError
 from kendon.sources.base import SourceOptions, register
-from kendon.sources.camera_geometry import import_cv2
+from kendon.sources.camera_geometry import check_fov, import_cv2
 from kendon.sources.pictures import DetectorMaker, Picture, PictureSource, detector_maker
 from kendon.sources.quiet import quiet_stderr
 
@@ -88,6 +88,7 @@ class CameraSource(PictureSource):
         match = re.fullmatch(r"camera(?::(\d{1,3}))?", spec)
         if match is None:
             raise DataError(f"{spec!r} names no camera; write camera, camera:0, camera:1, ...")
+        check_fov(options.fov)
         return cls(int(match[1] or 0), options, detector_maker(options), open_capture)
 
     def pictures(self) -> Generator[Picture, None, None]:

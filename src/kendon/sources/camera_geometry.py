@@ -100,10 +100,12 @@ class Intrinsics:
         cv2 = import_cv2("reading a calibrated camera")
         # As many rounds as the wide lenses of webcams need at their corners.
         rounds = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-8)
-        ideal = cv2.undistortPointsIter(
+        ideal = cv2.undistortImagePoints(
             np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2),
-            self.matrix, np.array(self.distortion), None, self.matrix, rounds,
-        )  # fmt: skip
+            self.matrix,
+            np.array(self.distortion),
+            arg1=rounds,
+        )
         return np.asarray(ideal, dtype=np.float64).reshape(-1, 2)
 
     def bend(self, pixels: FloatArray) -> FloatArray:

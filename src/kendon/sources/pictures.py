@@ -19,7 +19,6 @@ from kendon.sources.camera_geometry import (
     FloatArray,
     Intrinsics,
     MountedCamera,
-    check_fov,
     import_cv2,
 )
 from kendon.sources.face_finder import ByteImage, YuNet
@@ -161,11 +160,9 @@ def detector_maker(options: SourceOptions) -> DetectorMaker:
     """What makes the detectors later; what can be missing for them is found missing now.
 
     Raises:
-        ParameterError: the camera's field of view is not one of a camera.
         MissingExtraError: the ``camera`` extra is not installed.
         ModelFileError: a network's file cannot be had.
     """
-    check_fov(options.fov)
     import_cv2("reading videos")
     import_mediapipe()
     finder = find_model_file(FACE_FINDER.name, options.model_files)

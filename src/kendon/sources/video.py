@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 from kendon.errors import DataError
 from kendon.sources.base import SourceOptions, register
-from kendon.sources.camera_geometry import import_cv2
+from kendon.sources.camera_geometry import check_fov, import_cv2
 from kendon.sources.pictures import DetectorMaker, Picture, PictureSource, detector_maker
 from kendon.sources.quiet import quiet_stderr
 
@@ -57,11 +57,12 @@ class VideoSource(PictureSource):
         if not path.is_file():
             what = "this is a folder, not a video" if path.is_dir() else "there is no such video"
             raise DataError(what, file=path)
-        make_detectors = detector_maker(options)
+        check_fov(options.fov)
         capture = _open_file(path)
-        source = cls(path, options, make_detectors)
-        source.rate = _rate(capture, options)
+        rate = _rate(capture, options)
         capture.release()
+        source = cls(path, options, detector_maker(options))
+        source.rate = rate
         return source
 
     def pictures(self) -> Generator[Picture, None, None]:
