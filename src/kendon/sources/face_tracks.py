@@ -59,6 +59,7 @@ class FaceTracks:
     def __init__(self) -> None:
         self._known: list[_Known] = []
         self._last = 0  # the last number given
+        self._updated = -math.inf  # [s]
 
     def expected(self, t: float) -> dict[int, FaceBox]:
         """Where each known face should be at `t` [s]."""
@@ -68,8 +69,7 @@ class FaceTracks:
     @property
     def complete(self) -> bool:
         """Whether there are known faces, and all of them were seen at the last update."""
-        newest = max((face.seen for face in self._known), default=-math.inf)
-        return bool(self._known) and all(face.seen == newest for face in self._known)
+        return bool(self._known) and all(face.seen == self._updated for face in self._known)
 
     def update(self, boxes: Sequence[FaceBox], t: float) -> list[int]:
         """Take in what is seen at `t` [s]; the number of each box's face.
@@ -77,6 +77,7 @@ class FaceTracks:
         A box that fits no known face is a new one. No two boxes may show one face (`distinct`).
         """
         expected = list(self.expected(t).values())
+        self._updated = t
         numbers = [0] * len(boxes)
         for row, column in self._assigned(expected, boxes, t):
             face = self._known[row]
