@@ -135,11 +135,14 @@ def load_observations(
                 f"{spec}: these are observations; gestures and sensors are for tracks of people"
             )
         return observations
-    if record is None and find_source(spec, name=source).live:
-        raise DataError(
-            "this is a device, not a recording; kendon estimate and kendon greet read it",
-            file=spec,
-        )
+    if find_source(spec, name=source).live:
+        if record is None:
+            raise DataError(
+                "this is a device, not a recording; kendon estimate and kendon greet read it",
+                file=spec,
+            )
+        if gestures_from_phases:
+            raise ParameterError(f"{spec} has no true phases to press keys by")
     opened = open_source(spec, options, name=source)
     try:
         track = record(opened) if record else opened.record(progress)

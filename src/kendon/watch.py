@@ -5,7 +5,7 @@
         print(moment.frame.t, moment.belief)
     track = watch.track
 
-For a recording, the beliefs are those of `estimate` with its filter, to the last bit.
+For a recording, the beliefs are those of `estimate` with its filter.
 """
 
 from __future__ import annotations

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
-import numpy as np
 import pytest
-from sources.painted_faces import HEIGHT, WIDTH, ToldDetector, face_at, seen
+from fake_camera import PERIOD, Clock, Everywhere, FakeCamera
+from sources.painted_faces import HEIGHT, WIDTH, ToldDetector
 
 from kendon.errors import DataError, ParameterError
 from kendon.person import PersonFrame
@@ -20,63 +19,6 @@ from kendon.sources.face_finder import ByteImage
 from kendon.sources.face_reader import SeenFace
 
 cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed (the 'camera' extra)")
-
-PERIOD = 0.1
-
-
-class Clock:
-    """Time goes on when somebody waits."""
-
-    def __init__(self) -> None:
-        self.now = 50.0
-
-    def __call__(self) -> float:
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += seconds
-
-
-class FakeCamera:
-    """A camera with a script: until which time it gives frames, drops them, or is unplugged.
-
-    It stands for all `cv2.VideoCapture` of one device.
-    """
-
-    def __init__(self, clock: Clock, *script: tuple[float, str]) -> None:
-        self.clock, self.script, self.start = clock, script, clock.now
-        self.opened = self.released = 0
-        self.size = (HEIGHT, WIDTH)
-
-    @property
-    def state(self) -> str:
-        passed = self.clock.now - self.start
-        return next((state for until, state in self.script if passed < until), "unplugged")
-
-    def open(self, index: int) -> Any:
-        if self.state == "unplugged":
-            return None
-        self.opened += 1
-        return self
-
-    def read(self) -> tuple[bool, ByteImage | None]:
-        if self.state != "fine":
-            if self.state == "broken":
-                raise cv2.error("the device is gone")
-            return False, None
-        self.clock.sleep(PERIOD)
-        return True, np.zeros((*self.size, 3), dtype=np.uint8)
-
-    def release(self) -> None:
-        self.released += 1
-
-
-class Everywhere(ToldDetector):
-    """Sees one face in every picture."""
-
-    def detect(self, bgr: ByteImage, t: float) -> list[SeenFace]:
-        super().detect(bgr, t)
-        return [seen(1, face_at(0, 0, 1))]
 
 
 def source(*script: tuple[float, str]) -> tuple[CameraSource, FakeCamera, Everywhere]:
@@ -123,10 +65,13 @@ def test_an_impossible_field_of_view_is_refused_before_the_camera_is_opened() ->
 
 def test_frames_are_stamped_from_the_first_ones_arrival_on() -> None:
     made, _, detector = source((0.95, "fine"))
-    frames = [frame for frame in made.frames() if frame.seen]
+    frames, arrived = [], []
+    for frame in made.frames():
+        if made.look is not None:
+            frames.append(frame)
+            arrived.append(made.look.picture.arrived)
     assert stamps(frames) == pytest.approx([i * PERIOD for i in range(10)])
-    assert made.look is not None
-    assert made.look.picture.arrived == pytest.approx(51.0)
+    assert arrived == pytest.approx([50.1 + i * PERIOD for i in range(10)])
     assert detector.closed
 
 

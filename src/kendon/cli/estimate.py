@@ -58,7 +58,7 @@ def estimate_command(
     files: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[FILE...]", help="Recordings: tracks, videos and more, or folders of them."
+            metavar="FILE", help="Recordings: tracks, videos and more, or folders of them."
         ),
     ] = None,
     camera: Annotated[
@@ -68,7 +68,7 @@ def estimate_command(
         ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="Read no more than so many seconds of each source.")
+        float | None, typer.Option(help="Read no more than so many seconds of a video or camera.")
     ] = None,
     overlay: Annotated[
         Path | None,

@@ -63,6 +63,12 @@ class Watching:
                 f"--overlay draws on pictures, and the source {source.name} has none; it is for"
                 " videos and cameras"
             )
+        if pictures is None and not source.live:
+            if self.seconds is not None:
+                raise ParameterError("--seconds is for videos and for what is live")
+            for sentence in source.notes:
+                tell(sentence)
+            return source.record(progress)  # with all that a recording knows, such as phases
         if source.live and self.seconds is None:
             tell("reading until Ctrl-C; --seconds N ends by itself")
         watch = Watch(source, self.model, self.face)

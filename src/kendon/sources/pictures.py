@@ -61,14 +61,14 @@ DetectorMaker = Callable[[], Detectors]
 class PictureSource(Source):
     """A person in pictures.
 
-    After each frame, `look` holds the picture that it was read in.
+    With each frame, `look` is the picture that it was read in.
 
     Args:
         options: of the source.
         make_detectors: called when the first picture is wanted.
     """
 
-    #: The newest picture and what was read in it; None before the first.
+    #: The picture of the newest frame and what was read in it; None where there was none.
     look: Look | None = None
     #: Pictures a second that the source means to give; NaN where it does not know.
     rate: float = math.nan
@@ -102,6 +102,7 @@ class PictureSource(Source):
             for picture in pictures:
                 t, image = picture.t, picture.image
                 if image is None:
+                    self.look = None
                     yield PersonFrame(t)
                     continue
                 height, width = image.shape[:2]
