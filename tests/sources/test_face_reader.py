@@ -148,3 +148,23 @@ def test_a_lens_that_bends_is_straightened_first() -> None:
     assert frame.head == pytest.approx((1.5, -0.7, 0.9), abs=0.01)
     wrong = reader().read([seen(1, shown)], 0.0).frame
     assert np.linalg.norm(np.subtract(wrong.head, (1.5, -0.7, 0.9))) > 0.05
+
+
+def test_landmarks_that_fit_no_face_place_nobody() -> None:
+    face = face_at(0, 0, 1.5, camera=CAMERA)
+    noise = np.random.default_rng(0).normal(0, 1, face.landmarks.shape)
+    steady = type(face)(face.landmarks + 0.01 * face.box.size * noise, face.blendshapes)
+    torn = type(face)(face.landmarks + 0.06 * face.box.size * noise, face.blendshapes)
+    assert reader().read([seen(1, steady)], 0.0).frame.seen
+    assert not reader().read([seen(1, torn)], 0.0).frame.seen
+
+
+def test_faces_seen_last_are_read_before_those_that_are_lost() -> None:
+    crowd = [face_at(x, 0, 2.5 + abs(x), camera=CAMERA) for x in (-0.9, -0.5, 0.0, 0.5)]
+    near = face_at(0.9, 0, 1.2, camera=CAMERA)
+    finder, landmarks = ToldFinder(*(f.box for f in crowd)), ToldLandmarks(*crowd)
+    faces = FaceReader(finder, landmarks)
+    faces.detect(PICTURE, 0.0)
+    finder.boxes, landmarks.readings = [near.box], [near]  # they go, somebody else comes
+    seen_at = [len(faces.detect(PICTURE, 0.25 + i / 30)) for i in range(15)]
+    assert seen_at == [1] * 15

@@ -62,8 +62,9 @@ class FaceTracks:
         self._updated = -math.inf  # [s]
 
     def expected(self, t: float) -> dict[int, FaceBox]:
-        """Where each known face should be at `t` [s]."""
+        """Where each known face should be at `t` [s]; those seen last, and the largest, first."""
         self._known = [face for face in self._known if t - face.seen <= LOST]
+        self._known.sort(key=lambda face: (-face.seen, -face.box.size))
         return {face.number: face.expected(t) for face in self._known}
 
     @property
