@@ -158,3 +158,9 @@ def test_everything_is_closed_however_the_reading_ends(
     ends(device, made)
     assert device.released == 1
     assert detector.closed
+
+
+def test_a_camera_may_take_its_time_for_the_first_frame() -> None:
+    made, device, _ = source((2.0, "dropping"), (4.0, "fine"))
+    assert sum(frame.seen for frame in made.frames()) == 20
+    assert device.opened == 1

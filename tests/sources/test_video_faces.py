@@ -19,6 +19,7 @@ from shared_data import shared_file
 
 from kendon.errors import ModelFileError
 from kendon.features import eye_gaze, head_gaze
+from kendon.models import load_model
 from kendon.person import PersonFrame
 from kendon.sources.base import CameraMount, SourceOptions, open_source
 from kendon.sources.camera_geometry import Intrinsics, MountedCamera
@@ -27,6 +28,9 @@ from kendon.sources.face_geometry import EYE_CORNERS
 from kendon.sources.face_landmarks import FaceLandmarker, Window
 from kendon.sources.face_person import PersonReader
 from kendon.sources.face_reader import FaceReader
+from kendon.sources.video import VideoSource
+from kendon.viewer.overlay import OverlayVideo
+from kendon.watch import Watch
 
 cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed (the 'camera' extra)")
 pytest.importorskip("mediapipe", reason="MediaPipe is not installed (the 'camera' extra)")
@@ -275,3 +279,19 @@ def test_the_terminal_stays_clean(capfd: pytest.CaptureFixture[str]) -> None:
     source = open_source(shared_file("data/faces/single_face.mp4"), options())
     next(iter(source.frames()))
     assert capfd.readouterr() == ("", "")
+
+
+def test_the_overlay_of_a_real_video_shows_his_box(tmp_path: Path) -> None:
+    path = tmp_path / "seen.mp4"
+    source = open_source(shared_file("data/faces/single_face.mp4"), options())
+    assert isinstance(source, VideoSource)
+    with OverlayVideo(path, source.rate) as video:
+        for watched in Watch(source, load_model()).run(seconds=0.5):
+            video.add(watched)
+    capture = cv2.VideoCapture(str(path))
+    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == 16
+    assert capture.get(cv2.CAP_PROP_FPS) == pytest.approx(30)
+    assert source.look is not None
+    (man,) = source.look.scene.people
+    assert man.face.number == source.look.scene.greeted == 1
+    assert 0.15 < man.face.box.width / source.look.camera.width < 0.35

@@ -24,6 +24,8 @@ DROPPED = 0.5
 RECONNECT = 10.0
 #: Between two tries to read a frame, and to open the camera [s].
 _READ_AGAIN, _OPEN_AGAIN = 0.02, 0.5
+#: A camera that has just been opened may need so long for its first frame [s].
+_WARM_UP = 3.0
 
 #: Opens a camera: a `cv2.VideoCapture`, or None where it does not open.
 CameraOpener = Callable[[int], Any]
@@ -135,7 +137,8 @@ class CameraSource(PictureSource):
             if now - given > RECONNECT:
                 self._end(count, given - first)
                 return
-            if now - given > DROPPED and now - opened > _OPEN_AGAIN:
+            wait = _OPEN_AGAIN if self._capture is None else _WARM_UP
+            if now - given > DROPPED and now - opened > wait:
                 self.close()
                 self._capture, opened = self._open_camera(self._index), self._clock()
             elif count and now - first > t + 0.1:
