@@ -119,7 +119,7 @@ def draw_video(column: Any, video: Path, frames: list[PersonFrame], with_frames:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--data", type=Path, required=True, help="a folder of videos of one face")
-    parser.add_argument("--model-files", type=Path, help="a folder with face_landmarker.task")
+    parser.add_argument("--model-files", type=Path, help="a folder with the networks' files")
     parser.add_argument("--out", type=Path, required=True, help="the figure to write")
     parser.add_argument("--with-frames", action="store_true", help="draw the videos' pictures too")
     arguments = parser.parse_args()

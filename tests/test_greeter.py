@@ -342,3 +342,17 @@ def test_a_track_in_memory_is_greeted_as_its_file_would_be() -> None:
     assert in_memory == from_frames
     with pytest.raises(DataError, match="made in Python"):
         RecordedSource.open("person.csv", SourceOptions())
+
+
+def test_somebody_else_is_greeted_anew() -> None:
+    first = [replace(frame, who=1) for frame in recorded()]
+    end = first[-1].t
+    second = [replace(frame, t=end + 0.5 + frame.t, who=2) for frame in recorded()]
+    both = encounter(Greeter(Frames(first + second)))
+    assert both.phases[: len(IN_ORDER)] == IN_ORDER
+    anew = [m.belief.phase for m in both.moments if m.t > end + 0.5 and m.belief]
+    order = [phase for i, phase in enumerate(anew) if i == 0 or phase is not anew[i - 1]]
+    assert order[0] is Phase.IA  # a person who is greeted stays greeted; a new one begins
+    same = encounter(Greeter(Frames(first + [replace(frame, who=1) for frame in second])))
+    kept = [m.belief.phase for m in same.moments if m.t > end + 0.5 and m.belief]
+    assert kept[0] is Phase.CS

@@ -156,6 +156,8 @@ class Greeter:
     def _take_in(self, frame: PersonFrame) -> None:
         for observation in self._sampler.push(frame.seen_from(self.robot.pose, joints=False)):
             self._observe(observation)
+        if frame.seen and self._seen is not None and frame.who != self._seen.who:
+            self._end_greeting()  # somebody else: a greeting of their own
         if frame.seen:
             self._seen, self._seen_at = frame, frame.t
 

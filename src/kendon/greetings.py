@@ -20,7 +20,7 @@ from kendon.observations import (
     write_observations,
 )
 from kendon.person import PersonFrame, Track
-from kendon.sources import SourceOptions, find_source, open_source, recordings
+from kendon.sources import Source, SourceOptions, find_source, open_source, recordings
 from kendon.tables import is_index, is_observations, read_table, write_table
 
 #: The file that lists the greetings of a set.
@@ -113,6 +113,7 @@ def load_observations(
     gestures_from_phases: bool = False,
     sensor: Callable[[Track], Track] | None = None,
     progress: Callable[[PersonFrame], None] | None = None,
+    record: Callable[[Source], Track] | None = None,
     note: Callable[[str], None] | None = None,
 ) -> Observations:
     """The observations of a file, whether it holds them ready or a person to observe.
@@ -125,6 +126,8 @@ def load_observations(
         gestures_from_phases: press the thesis's keys as the true phases say (3.3.5).
         sensor: what a worse sensor would have seen of a track; after the keys, before features.
         progress: called after each frame of a source that takes its time.
+        record: makes the track of a source, and knows when a live one is to end; where it is left
+            out, `Source.record` does, which reads no live source.
         note: called with each sentence the source has for the user.
 
     Raises:
@@ -139,12 +142,21 @@ def load_observations(
             )
         return observations
     if find_source(spec, name=source).live:
-        raise DataError("estimate reads recordings; for a device there is kendon greet", file=spec)
+        if record is None:
+            raise DataError(
+                "this is a device, not a recording; kendon estimate and kendon greet read it",
+                file=spec,
+            )
+        if gestures_from_phases:
+            raise ParameterError(f"{spec} has no true phases to press keys by")
     opened = open_source(spec, options, name=source)
-    if note:
-        for sentence in opened.notes:
-            note(sentence)
-    track = opened.record(progress)
+    try:
+        track = record(opened) if record else opened.record(progress)
+    finally:
+        # A source learns some of what the user should know while it reads.
+        if note:
+            for sentence in opened.notes:
+                note(sentence)
     if gestures_from_phases:
         track = track.with_gestures_from_phases()
     if sensor:

@@ -57,6 +57,7 @@ class PersonFrame:
     csal: float = math.nan  # [probability], given by hand
     hdip: float = math.nan  # [probability], given by hand
     robot: Pose2D = ORIGIN  # the robot's pose in the world at that instant
+    who: int | None = None  # which of the people that a source tells apart; None = it does not
 
     @property
     def seen(self) -> bool:
@@ -103,6 +104,7 @@ class PersonFrame:
             self.csal,
             self.hdip,
             robot,
+            self.who,
         )
 
 

@@ -1,59 +1,27 @@
-"""The video and camera sources, with a painted video and a detector that sees what it is told."""
+"""The video source, with a painted video and a detector that sees what it is told."""
 
 from __future__ import annotations
 
 import math
 import os
 import sys
-from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from sources.painted_faces import CAMERA, HEIGHT, WIDTH, ToldDetector, face_at, seen
 
 from kendon.errors import DataError, MissingExtraError, ParameterError
 from kendon.sources import video
 from kendon.sources.base import CameraMount, SourceOptions, open_source, registered_sources
-from kendon.sources.camera_geometry import FloatArray, Intrinsics, MountedCamera
-from kendon.sources.face_geometry import FACE_POINTS, LANDMARKS
-from kendon.sources.face_landmarks import ByteImage, FaceReading, quiet_stderr
-from kendon.sources.face_person import PATIENCE, FaceFollower, PersonReader
-from kendon.sources.video import CameraSource, VideoSource
+from kendon.sources.camera import CameraSource
+from kendon.sources.camera_geometry import MountedCamera
+from kendon.sources.face_person import PersonReader
+from kendon.sources.quiet import quiet_stderr
+from kendon.sources.video import VideoSource
 
 cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed (the 'camera' extra)")
-
-FACING = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
-WIDTH, HEIGHT = 320, 240
-
-
-def face_at(x: float, y: float, z: float, *, blink: float = 0.0) -> FaceReading:
-    """A face that looks along the camera's axis, at a place of the optical frame [m]."""
-    camera = Intrinsics.from_fov(WIDTH, HEIGHT)
-    pixels = np.zeros((LANDMARKS, 2))
-    for i, point in FACE_POINTS.items():
-        pixels[i] = camera.project(FACING @ (np.array(point) / 1000) + [x, y, z])
-    pixels[473], pixels[468] = pixels[[362, 263]].mean(axis=0), pixels[[33, 133]].mean(axis=0)
-    shapes = {"mouthSmile": 0.8, "eyeSquint": 0.4, "eyeBlink": blink}
-    both = {f"{name}{side}": v for name, v in shapes.items() for side in ("Left", "Right")}
-    return FaceReading(pixels / [WIDTH, HEIGHT], both)
-
-
-class ToldDetector:
-    """Sees the faces it is told to, frame by frame, then none."""
-
-    def __init__(self, *faces: list[FaceReading]) -> None:
-        self.faces = list(faces)
-        self.closed = False
-        self.images: list[ByteImage] = []
-
-    def detect(self, rgb: ByteImage, t: float) -> list[FaceReading]:
-        self.images.append(rgb)
-        return self.faces.pop(0) if self.faces else []
-
-    def close(self) -> None:
-        self.closed = True
 
 
 def paint(path: Path, frames: int = 10, fps: float = 10.0, codec: str = "MJPG") -> Path:
@@ -99,8 +67,8 @@ class FakeCapture:
 @pytest.fixture
 def no_models(monkeypatch: pytest.MonkeyPatch) -> ToldDetector:
     """Sources make this detector instead of MediaPipe's."""
-    detector = ToldDetector([face_at(0, 0, 1)])
-    monkeypatch.setattr(video, "_detector_maker", lambda options: lambda: detector)
+    detector = ToldDetector([seen(1, face_at(0, 0, 1))])
+    monkeypatch.setattr(video, "detector_maker", lambda options: lambda: detector.both)
     return detector
 
 
@@ -139,9 +107,9 @@ def test_each_video_frame_is_one_person_frame(tmp_path: Path, no_models: ToldDet
     assert no_models.closed
 
 
-def test_the_detector_gets_red_green_blue(tmp_path: Path, no_models: ToldDetector) -> None:
+def test_the_detector_gets_blue_green_red(tmp_path: Path, no_models: ToldDetector) -> None:
     list(open_source(paint(tmp_path / "a.avi", frames=1)).frames())
-    assert no_models.images[0][10, 10] == pytest.approx([255, 0, 0], abs=12)
+    assert no_models.images[0][10, 10] == pytest.approx([0, 0, 255], abs=12)
 
 
 def test_an_assumed_field_of_view_is_noted(tmp_path: Path, no_models: ToldDetector) -> None:
@@ -153,29 +121,6 @@ def test_an_assumed_field_of_view_is_noted(tmp_path: Path, no_models: ToldDetect
 def test_a_video_can_be_read_twice(tmp_path: Path, no_models: ToldDetector) -> None:
     source = open_source(paint(tmp_path / "a.avi", frames=3))
     assert len(list(source.frames())) == len(list(source.frames())) == 3
-
-
-def test_everything_is_closed_when_the_reader_stops_early(no_models: ToldDetector) -> None:
-    capture = FakeCapture(100)
-    source = CameraSource(0, SourceOptions(), lambda: no_models, capture)
-    frames = source.frames()
-    next(iter(frames))
-    assert isinstance(frames, Iterator)
-    frames.close()  # type: ignore[attr-defined]
-    assert capture.released
-    assert no_models.closed
-
-
-def test_everything_is_closed_when_the_detector_fails() -> None:
-    class Failing(ToldDetector):
-        def detect(self, rgb: ByteImage, t: float) -> list[FaceReading]:
-            raise RuntimeError("no more memory")
-
-    capture, detector = FakeCapture(3), Failing()
-    with pytest.raises(RuntimeError, match="no more memory"):
-        list(CameraSource(0, SourceOptions(), lambda: detector, capture).frames())
-    assert capture.released
-    assert detector.closed
 
 
 def test_a_missing_video_and_a_folder_say_so(tmp_path: Path) -> None:
@@ -244,46 +189,6 @@ def test_an_impossible_field_of_view_is_refused_at_once(tmp_path: Path) -> None:
         open_source(paint(tmp_path / "a.avi", frames=1), SourceOptions(fov=60))
 
 
-def test_a_camera_needs_a_number() -> None:
-    with pytest.raises(DataError, match="'camera:front' names no camera; write camera"):
-        open_source("camera:front")
-
-
-def test_a_camera_that_does_not_open_says_what_to_check(
-    monkeypatch: pytest.MonkeyPatch, no_models: ToldDetector
-) -> None:
-    capture = FakeCapture(0, opened=False)
-    monkeypatch.setattr(cv2, "VideoCapture", lambda index: capture)
-    with pytest.raises(DataError, match="camera 7 does not open; check that it is plugged in"):
-        open_source("camera:7")
-    assert capture.released
-
-
-def test_a_camera_that_stops_names_itself(
-    monkeypatch: pytest.MonkeyPatch, no_models: ToldDetector
-) -> None:
-    capture = FakeCapture(5)
-    monkeypatch.setattr(cv2, "VideoCapture", lambda index: capture)
-    frames = open_source("camera").frames()
-    stamps = [next(frames).t for _ in range(5)]
-    with pytest.raises(DataError, match="camera 0 stopped giving frames after 5"):
-        next(frames)
-    assert stamps[0] == 0
-    assert all(b > a for a, b in pairwise(stamps))
-    assert capture.released
-
-
-def test_a_camera_that_is_not_read_can_be_let_go(
-    monkeypatch: pytest.MonkeyPatch, no_models: ToldDetector
-) -> None:
-    capture = FakeCapture(5)
-    monkeypatch.setattr(cv2, "VideoCapture", lambda index: capture)
-    source = CameraSource.open("camera", SourceOptions())
-    source.close()
-    source.close()
-    assert capture.released
-
-
 @pytest.mark.parametrize("package", ["cv2", "mediapipe"])
 def test_a_missing_package_names_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str
@@ -294,38 +199,13 @@ def test_a_missing_package_names_the_extra(
         open_source(path)
 
 
-def points(*places: tuple[float, float, float]) -> list[FloatArray]:
-    return [np.array(place) for place in places]
-
-
-def test_the_nearest_face_is_taken_first_and_then_followed() -> None:
-    follower = FaceFollower()
-    assert follower.choose(points((0, 0, 3), (1, 0, 1.5)), 0.0) == 1
-    # Another one comes nearer; the order of the faces changes.
-    assert follower.choose(points((1, 0, 1.6), (0, 0, 0.8)), 0.1) == 0
-
-
-def test_a_face_that_could_not_have_moved_there_is_another_person() -> None:
-    follower = FaceFollower()
-    follower.choose(points((0, 0, 1)), 0.0)
-    assert follower.choose(points((0, 0, 3)), 0.1) is None
-    assert follower.choose([], 0.2) is None
-    assert follower.choose(points((0, 0, 1.4)), 0.3) == 0
-
-
-def test_after_a_while_the_nearest_counts_again() -> None:
-    follower = FaceFollower()
-    follower.choose(points((0, 0, 1)), 0.0)
-    assert follower.choose(points((0, 2, 5), (0, 0, 4)), PATIENCE + 0.1) == 1
-
-
 def person_reader() -> PersonReader:
     mounted = MountedCamera.from_mount(CameraMount())
-    return PersonReader(Intrinsics.from_fov(WIDTH, HEIGHT), mounted)
+    return PersonReader(CAMERA, mounted)
 
 
 def test_a_blink_hides_the_gaze_but_not_the_eyes() -> None:
-    frame = person_reader().read([face_at(0, 0, 1, blink=0.9)], 0.0)
+    frame = person_reader().read([seen(1, face_at(0, 0, 1, blink=0.9))], 0.0).frame
     assert frame.eye_gaze is None
     assert frame.eyes is not None
     left, right = frame.eyes
@@ -337,7 +217,7 @@ def test_lids_down_for_longer_than_a_blink_are_a_gaze() -> None:
     lids = [0.1, 0.9, 0.9, 0.1, 0.9, 0.9, 0.9, 0.9]
     times = [0.0, 0.1, 0.4, 0.5, 0.6, 0.9, 1.01, 1.1]
     gaze = [
-        reader.read([face_at(0, 0, 1, blink=b)], t).eye_gaze
+        reader.read([seen(1, face_at(0, 0, 1, blink=b))], t).frame.eye_gaze
         for b, t in zip(lids, times, strict=True)
     ]
     assert [g is None for g in gaze] == [

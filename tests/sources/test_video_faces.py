@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import closing
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,12 +19,18 @@ from shared_data import shared_file
 
 from kendon.errors import ModelFileError
 from kendon.features import eye_gaze, head_gaze
+from kendon.models import load_model
 from kendon.person import PersonFrame
 from kendon.sources.base import CameraMount, SourceOptions, open_source
 from kendon.sources.camera_geometry import Intrinsics, MountedCamera
+from kendon.sources.face_finder import YuNet
 from kendon.sources.face_geometry import EYE_CORNERS
-from kendon.sources.face_landmarks import FaceLandmarker
+from kendon.sources.face_landmarks import FaceLandmarker, Window
 from kendon.sources.face_person import PersonReader
+from kendon.sources.face_reader import FaceReader
+from kendon.sources.video import VideoSource
+from kendon.viewer.overlay import OverlayVideo
+from kendon.watch import Watch
 
 cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed (the 'camera' extra)")
 pytest.importorskip("mediapipe", reason="MediaPipe is not installed (the 'camera' extra)")
@@ -33,6 +40,12 @@ ROBOT_FACE = np.array([0.0, 0.0, 1.2])
 
 def model() -> Path:
     return shared_file("models/face_landmarker.task")
+
+
+def faces() -> FaceReader:
+    """Finds and reads faces with the networks lent for testing."""
+    finder = YuNet(shared_file("models/face_detection_yunet_2026may.onnx"))
+    return FaceReader(finder, FaceLandmarker(model()))
 
 
 def options(**values: Any) -> SourceOptions:
@@ -48,12 +61,12 @@ def read_images(
     camera = Intrinsics.from_fov(int(capture.get(3)), int(capture.get(4)))
     reader = PersonReader(camera, MountedCamera.from_mount(CameraMount()))
     persons = []
-    with FaceLandmarker(model()) as landmarker:
+    with closing(faces()) as detector:
         for i in range(count):
             good, image = capture.read()
             assert good
-            rgb = np.ascontiguousarray(change(cv2.cvtColor(image, cv2.COLOR_BGR2RGB)))
-            persons.append(reader.read(landmarker.detect(rgb, i / 24), i / 24))
+            changed = np.ascontiguousarray(change(image))
+            persons.append(reader.read(detector.detect(changed, i / 24), i / 24).frame)
     capture.release()
     return persons
 
@@ -165,40 +178,89 @@ def test_lowered_lids_look_down_and_not_at_the_robot() -> None:
     assert np.median(down) < -0.15
 
 
-def test_of_several_people_the_nearest_is_followed() -> None:
+def test_of_several_people_the_nearest_who_faces_the_robot_is_greeted() -> None:
     image = cv2.imread(str(shared_file("data/faces/multi_face.jpg")))
     assert image is not None
     height, width = image.shape[:2]
     camera = Intrinsics.from_fov(width, height)
-    rgb = cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-    with FaceLandmarker(model()) as landmarker:
-        faces = landmarker.detect(rgb, 0.0)
-    assert len(faces) >= 2
+    with closing(faces()) as detector:
+        seen = detector.detect(image, 0.0)
+    assert len(seen) >= 4  # the largest four of seven
+    assert [face.number for face in seen] == list(range(1, len(seen) + 1))
     mounted = MountedCamera.from_mount(CameraMount())
-    alone = [PersonReader(camera, mounted).read([face], 0.0) for face in faces]
-    together = PersonReader(camera, mounted).read(faces, 0.0)
-    assert np.linalg.norm(np.subtract(together.head, ROBOT_FACE)) == pytest.approx(
-        min(np.linalg.norm(np.subtract(person.head, ROBOT_FACE)) for person in alone)
+    scene = PersonReader(camera, mounted).read(seen, 0.0)
+    alone = [PersonReader(camera, mounted).read([face], 0.0).frame for face in seen]
+    facing = [
+        person
+        for person in alone
+        if head_gaze(np.array(person.head), np.array(person.head_rotation), ROBOT_FACE) < 0.9
+    ]
+    assert len(facing) >= 2
+    assert np.linalg.norm(np.subtract(scene.frame.head, ROBOT_FACE)) == pytest.approx(
+        min(np.linalg.norm(np.subtract(person.head, ROBOT_FACE)) for person in facing)
     )
 
 
 def test_a_picture_without_a_face_gives_an_unknown_head() -> None:
-    with FaceLandmarker(model()) as landmarker:
-        faces = landmarker.detect(np.zeros((120, 160, 3), dtype=np.uint8), 0.0)
-    assert faces == []
+    with closing(faces()) as detector:
+        seen = detector.detect(np.zeros((120, 160, 3), dtype=np.uint8), 0.0)
+    assert seen == []
     reader = PersonReader(Intrinsics.from_fov(160, 120), MountedCamera.from_mount(CameraMount()))
-    person = reader.read(faces, 1.5)
+    person = reader.read(seen, 1.5).frame
     assert person.t == 1.5
     assert not person.seen
 
 
-def test_landmarks_come_with_iris_and_blendshapes() -> None:
-    path = shared_file("data/faces/single_face.mp4")
+def shrunk(image: Any, scale: float, width: int = 1280, height: int = 720) -> Any:
+    """A picture `scale` times as large, in the middle of a grey scene with a sensor's noise."""
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    scene = np.full((height, width, 3), 110.0)
+    top, left = (height - small.shape[0]) // 2, (width - small.shape[1]) // 2
+    scene[top : top + small.shape[0], left : left + small.shape[1]] = small
+    noise = np.random.default_rng(0).normal(0, 3, scene.shape)
+    return np.clip(scene + noise, 0, 255).astype(np.uint8)
+
+
+def first_image(path: Path) -> Any:
     capture = cv2.VideoCapture(str(path))
     image = capture.read()[1]
     capture.release()
-    with FaceLandmarker(model()) as landmarker:
-        (face,) = landmarker.detect(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), 0.0)
+    return image
+
+
+def test_a_face_as_small_as_at_four_metres_is_as_far_away() -> None:
+    image = first_image(shared_file("data/faces/single_face.mp4"))
+    mounted = MountedCamera.from_mount(CameraMount())
+    near_camera, camera = Intrinsics.from_fov(640, 360), Intrinsics.from_fov(1280, 720)
+    with closing(faces()) as detector:
+        near = PersonReader(near_camera, mounted).read(detector.detect(image, 0.0), 0.0).frame
+    for wanted in (2.0, 4.0):
+        scale = near.head[0] * camera.focal / near_camera.focal / wanted
+        with closing(faces()) as detector:
+            seen = detector.detect(shrunk(image, scale), 0.0)
+        person = PersonReader(camera, mounted).read(seen, 0.0).frame
+        assert person.head[0] == pytest.approx(wanted, rel=0.08)
+        assert head_axis(person) == pytest.approx(head_axis(near), abs=0.2)
+
+
+def test_past_the_range_nobody_is_placed() -> None:
+    image = first_image(shared_file("data/faces/single_face.mp4"))
+    camera = Intrinsics.from_fov(1280, 720)
+    with closing(faces()) as detector:
+        seen = detector.detect(shrunk(image, 0.15), 0.0)  # as at 6.8 m
+    scene = PersonReader(camera, MountedCamera.from_mount(CameraMount())).read(seen, 0.0)
+    assert not scene.frame.seen
+    assert math.isnan(scene.frame.smile)
+
+
+def test_landmarks_come_with_iris_and_blendshapes() -> None:
+    path = shared_file("data/faces/single_face.mp4")
+    rgb = cv2.cvtColor(first_image(path), cv2.COLOR_BGR2RGB)
+    with closing(FaceLandmarker(model())) as landmarker:
+        face = landmarker.read(rgb, Window(140, 0, 360))
+        nothing = landmarker.read(rgb, Window(2000, 0, 50))
+    assert nothing is None
+    assert face is not None
     assert face.landmarks.shape == (478, 2)
     assert {"mouthSmileLeft", "eyeSquintRight", "eyeBlinkLeft"} <= face.blendshapes.keys()
     # The person's left eye is on the image's right, its outer corner still farther right.
@@ -217,3 +279,19 @@ def test_the_terminal_stays_clean(capfd: pytest.CaptureFixture[str]) -> None:
     source = open_source(shared_file("data/faces/single_face.mp4"), options())
     next(iter(source.frames()))
     assert capfd.readouterr() == ("", "")
+
+
+def test_the_overlay_of_a_real_video_shows_his_box(tmp_path: Path) -> None:
+    path = tmp_path / "seen.mp4"
+    source = open_source(shared_file("data/faces/single_face.mp4"), options())
+    assert isinstance(source, VideoSource)
+    with OverlayVideo(path, source.rate) as video:
+        for watched in Watch(source, load_model()).run(seconds=0.5):
+            video.add(watched)
+    capture = cv2.VideoCapture(str(path))
+    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == 16
+    assert capture.get(cv2.CAP_PROP_FPS) == pytest.approx(30)
+    assert source.look is not None
+    (man,) = source.look.scene.people
+    assert man.face.number == source.look.scene.greeted == 1
+    assert 0.15 < man.face.box.width / source.look.camera.width < 0.35

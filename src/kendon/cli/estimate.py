@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -12,12 +13,15 @@ from rich.table import Table
 from rich.text import Text
 
 from kendon.cli.options import (
+    CalibrationOption,
     CameraPoseOption,
     FovOption,
     FpsOption,
     GesturesOption,
     ModelFilesOption,
     ModelOption,
+    PersonOption,
+    PoseModelOption,
     RobotFaceOption,
     SourceOption,
     err,
@@ -26,16 +30,16 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.watching import Watching
 from kendon.errors import ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, stretches
 from kendon.features import PERIOD
-from kendon.geometry import Vec3
 from kendon.greetings import expand, load_observations
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.observations import Observations
-from kendon.person import PersonFrame
+from kendon.person import PersonFrame, Track
 from kendon.phases import Phase
-from kendon.sources import SourceOptions
+from kendon.sources import Source, SourceOptions
 
 EPILOG = """
 **Examples**
@@ -44,17 +48,35 @@ EPILOG = """
 
 `kendon estimate openface.csv --camera-pose 0.1,0,1.1,0,10 --decoder viterbi`
 
-`kendon estimate greeting.mp4 --fov 70 --out phases/`
+`kendon estimate greeting.mp4 --fov 70 --out phases/ --overlay seen.mp4` · see why
+
+`kendon estimate --camera 0 --calibration camera.yaml --seconds 60 --out phases/` · live
 """
 
 
 def estimate_command(
     files: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
-            metavar="FILE...", help="Recordings: tracks, videos and more, or folders of them."
+            metavar="FILE", help="Recordings: tracks, videos and more, or folders of them."
         ),
-    ],
+    ] = None,
+    camera: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="Read this camera, live, until Ctrl-C or --seconds; 0 is the first."
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Read no more than so many seconds of a video or camera.")
+    ] = None,
+    overlay: Annotated[
+        Path | None,
+        typer.Option(
+            help="Draw what is seen and believed into this video (.mp4 or .avi); for one video or"
+            " camera."
+        ),
+    ] = None,
     model: ModelOption = DEFAULT_MODEL,
     decoder: Annotated[
         Decoder, typer.Option(help="As a robot knows it at the time, or the best whole path.")
@@ -69,15 +91,22 @@ def estimate_command(
     fov: FovOption = None,
     fps: FpsOption = None,
     model_files: ModelFilesOption = None,
+    calibration: CalibrationOption = None,
+    pose_model: PoseModelOption = None,
+    person: PersonOption = None,
 ) -> None:
-    """Read the greeting phases of recorded people."""
-    files = [str(file) for file in expand(files)]
-    options = source_options(camera_pose, fov, fps, model_files)
+    """Read the greeting phases of people, recorded or live before a camera."""
+    files = [str(file) for file in expand(files or [])]
+    if camera is not None:
+        files.append(f"camera:{camera}")
+    options = source_options(camera_pose, fov, fps, model_files, calibration, pose_model, person)
     face = point("--robot-face", robot_face)
     greeting_model = load_model(model)
     targets = _targets(files, folder)
+    _check_overlay(overlay, files)
+    watching = Watching(greeting_model, face, seconds, overlay)
     # Everything is read before anything is written: a bad file leaves nothing half-done.
-    observed = _observe_all(files, options, source, face, gestures_from_phases)
+    observed = _observe_all(files, options, source, watching, gestures_from_phases)
     estimates = [estimate(o, greeting_model, decoder) for o in observed]
     for result, target in zip(estimates, targets, strict=bool(folder)):
         result.write(target)
@@ -91,6 +120,23 @@ def estimate_command(
             "no gesture information in the input; salutations and dips are read from distance,"
             " speed, gaze and smile alone"
         )
+
+
+def _check_overlay(overlay: Path | None, files: list[str]) -> None:
+    """Refuse what cannot be drawn or read.
+
+    Raises:
+        ParameterError: there is nothing to read, or an overlay of several files is asked for, or
+            of what it would overwrite.
+    """
+    if not files:
+        raise ParameterError("name a recording to read, or a camera: --camera 0")
+    if overlay is None:
+        return
+    if len(files) != 1:
+        raise ParameterError(f"--overlay draws one video or camera, not {len(files)} sources")
+    if overlay.exists() and Path(files[0]).exists() and overlay.samefile(files[0]):
+        raise ParameterError(f"--overlay would overwrite {files[0]}, which is read")
 
 
 def _targets(files: list[str], folder: Path | None) -> list[Path]:
@@ -121,7 +167,7 @@ def _observe_all(
     files: list[str],
     options: SourceOptions,
     source: str | None,
-    face: Vec3,
+    watching: Watching,
     gestures_from_phases: bool,
 ) -> list[Observations]:
     results = []
@@ -146,11 +192,13 @@ def _observe_all(
                     shown = time.monotonic()
                     progress.update(task, description=f"reading {name}: {frame.t:.1f} s")
 
+            def record(opened: Source, tell: Callable[[PersonFrame], None] = tell) -> Track:
+                return watching.record(opened, tell, tell_once)
+
             results.append(
                 load_observations(
-                    file, options, source=source, robot_face=face,
-                    gestures_from_phases=gestures_from_phases, progress=tell,
-                    note=tell_once,
+                    file, options, source=source, robot_face=watching.face,
+                    gestures_from_phases=gestures_from_phases, record=record,
                 )
             )  # fmt: skip
     return results

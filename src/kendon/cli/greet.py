@@ -11,12 +11,15 @@ import typer
 from rich.text import Text
 
 from kendon.cli.options import (
+    CalibrationOption,
     CameraPoseOption,
     FovOption,
     FpsOption,
     GesturesOption,
     ModelFilesOption,
     ModelOption,
+    PersonOption,
+    PoseModelOption,
     RobotFaceOption,
     SourceOption,
     err,
@@ -84,6 +87,9 @@ def greet_command(
     fov: FovOption = None,
     fps: FpsOption = None,
     model_files: ModelFilesOption = None,
+    calibration: CalibrationOption = None,
+    pose_model: PoseModelOption = None,
+    person: PersonOption = None,
 ) -> None:
     """Let a robot greet the person of a source; without one, a simulated person."""
     if not 0 <= speed <= 1000:
@@ -97,16 +103,16 @@ def greet_command(
         written += [folder / PHASES, folder / COMMANDS]
     _refuse_to_overwrite(written, [spec, tree, model])
     face = point("--robot-face", robot_face)
-    options = source_options(camera_pose, fov, fps, model_files)
+    options = source_options(camera_pose, fov, fps, model_files, calibration, pose_model, person)
     behaviour = GreetingTree(tree) if tree else GreetingTree()
     greeting_model = load_model(model)
-    person = open_source(spec, options, name=source)
+    opened = open_source(spec, options, name=source)
     if gestures_from_phases:
-        person = _with_gestures(person, spec)
-    for sentence in person.notes:
+        opened = _with_gestures(opened, spec)
+    for sentence in opened.notes:
         note(sentence)
-    robot = PointRobot(face=face, leash=None if person.reacts else 0.0)
-    greeter = Greeter(person, greeting_model, robot, behaviour)
+    robot = PointRobot(face=face, leash=None if opened.reacts else 0.0)
+    greeter = Greeter(opened, greeting_model, robot, behaviour)
     encounter = _run(greeter, _title(spec), speed, quiet)
     encounter.require_readings()
     if not quiet:
@@ -132,6 +138,7 @@ def _refuse_to_overwrite(written: list[Path], read: list[str | Path | None]) -> 
 def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
     encounter = Encounter(title)
     timeline = Timeline(out)
+    told = len(greeter.source.notes)
     if not quiet:
         timeline.header()
     began = time.monotonic()
@@ -142,9 +149,14 @@ def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
             encounter.add(moment)
             if not quiet:
                 timeline.show(moment)
+            for sentence in greeter.source.notes[told:]:  # learnt on the way
+                note(sentence)
+            told = len(greeter.source.notes)
     except KeyboardInterrupt:
         # Somebody ends a live greeting: what was seen so far is still summed up and drawn.
         err.print("stopped", style="dim")
+    for sentence in greeter.source.notes[told:]:
+        note(sentence)
     return encounter
 
 

@@ -72,6 +72,29 @@ ModelFilesOption = Annotated[
         rich_help_panel=_READING,
     ),
 ]
+CalibrationOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="The camera's calibration instead of --fov: OpenCV's YAML or XML, or ROS's camera"
+        " YAML.",
+        rich_help_panel=_READING,
+    ),
+]
+PoseModelOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="MediaPipe's pose_landmarker_*.task: reads shoulders, elbows, wrists and hips, too.",
+        rich_help_panel=_READING,
+    ),
+]
+PersonOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Follow this face of a video or camera alone, counted from 1 in order of coming,"
+        " instead of whoever greets.",
+        rich_help_panel=_READING,
+    ),
+]
 
 
 def note(text: str) -> None:
@@ -80,7 +103,13 @@ def note(text: str) -> None:
 
 
 def source_options(
-    camera_pose: str, fov: float | None, fps: float | None, model_files: Path | None
+    camera_pose: str,
+    fov: float | None,
+    fps: float | None,
+    model_files: Path | None,
+    calibration: Path | None = None,
+    pose_model: Path | None = None,
+    person: int | None = None,
 ) -> SourceOptions:
     """The texts and numbers of the command line as options of a source.
 
@@ -97,6 +126,9 @@ def source_options(
         fov=None if fov is None else math.radians(fov),
         fps=fps,
         model_files=model_files,
+        calibration=calibration,
+        pose_model=pose_model,
+        person=person,
     )
 
 

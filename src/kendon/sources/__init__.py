@@ -11,12 +11,13 @@ from kendon.sources.base import (
     recordings,
     registered_sources,
 )
+from kendon.sources.camera import CameraSource
 from kendon.sources.isr_uol import IsrUolSource, read_isr_uol_pairs
 from kendon.sources.openface import OpenFaceSource, read_openface
 from kendon.sources.recording import RecordedSource, TrackSource
 from kendon.sources.simulated import SimulatedSource
 from kendon.sources.uol import UolSource, read_uol_pairs
-from kendon.sources.video import CameraSource, VideoSource
+from kendon.sources.video import VideoSource
 
 __all__ = [
     "AvdiarSource",

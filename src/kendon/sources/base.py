@@ -37,8 +37,17 @@ class SourceOptions:
     fov: float | None = None  # horizontal field of view of the camera [rad]; None = 60 degrees
     fps: float | None = None  # frames a second, where a file's own stamps are missing or no clock
     model_files: Path | None = None  # a folder that holds the neural networks' files
+    calibration: Path | None = None  # of the camera; see `kendon.sources.calibration`
+    pose_model: Path | None = None  # the pose landmarker's file: with it there are joints
+    person: int | None = None  # whom to follow, from 1 in order of coming; None = who greets
 
     def __post_init__(self) -> None:
+        if self.calibration is not None and self.fov is not None:
+            raise ParameterError(
+                "a calibration tells the field of view; give one of the two, not both"
+            )
+        if self.person is not None and self.person < 1:
+            raise ParameterError(f"people are numbered from 1, there is no person {self.person}")
         if self.fps is not None and not 1 <= self.fps <= 1000:
             raise ParameterError(f"frames a second lie between 1 and 1000, not {self.fps:g}")
 

@@ -28,13 +28,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kendon.errors import MissingExtraError
-from kendon.sources.camera_geometry import Intrinsics
+from kendon.sources.camera_geometry import Intrinsics, import_cv2
 
 FloatArray = NDArray[np.float64]
 
@@ -218,16 +216,3 @@ def _mean(blendshapes: Mapping[str, float], name: str) -> float:
     """The mean of a blendshape's left and right half, within 0 to 1; NaN where one is missing."""
     value = sum(blendshapes.get(f"{name}{side}", math.nan) for side in ("Left", "Right")) / 2.0
     return value if math.isnan(value) else min(max(value, 0.0), 1.0)
-
-
-def import_cv2(what: str) -> Any:
-    """OpenCV, imported only when it is needed.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
-    try:
-        import cv2
-    except ImportError as error:
-        raise MissingExtraError(what, "camera", "opencv-contrib-python") from error
-    return cv2

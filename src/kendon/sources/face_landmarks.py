@@ -1,75 +1,102 @@
-"""MediaPipe's Face Landmarker: from the frames of a video to landmarks and blendshapes.
+"""MediaPipe's Face Landmarker: from a part of a picture to one face's landmarks and blendshapes.
 
 The thin shell around the neural network; what its numbers mean is worked out in
-`kendon.sources.face_geometry`. MediaPipe is imported when a detector is made, not before.
+`kendon.sources.face_geometry`. MediaPipe is imported when a landmarker is made, not before.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kendon.errors import MissingExtraError, ModelFileError
-from kendon.sources.face_geometry import FloatArray
+from kendon.sources.camera_geometry import FloatArray, import_cv2
+from kendon.sources.face_finder import FaceBox
+from kendon.sources.quiet import quiet_stderr
 
 ByteImage = NDArray[np.uint8]
 
-#: So many people may stand before the robot without the one it greets being passed over. Each
-#: further face costs its own run of the landmark network, about 15 ms on one core; looking for
-#: more than one turns MediaPipe's smoothing off (a still head then trembles by 0.8 mm a frame
-#: instead of 0.2 mm, and a gaze by 0.9 instead of 0.3 degrees), which the median over an
-#: observation's 0.2 s makes up for.
-MAX_FACES = 4
+#: The window that is cut out around a face, in heights or widths of the face, whichever is more:
+#: hair, chin and both ears are in it, and so is the way a face goes between two frames.
+_MARGIN = 1.6
+#: The window is brought to this many pixels: the landmark network itself looks at 256 x 256.
+_INPUT = 256
+#: Landmarks of the skin; those behind them are the irises'.
+_SKIN = 468
+
+
+class Window(NamedTuple):
+    """A square part of a picture; it may reach beyond the picture's rim."""
+
+    x: int  # [px], left rim
+    y: int  # [px], upper rim
+    side: int  # [px]
+
+    @classmethod
+    def around(cls, box: FaceBox) -> Window:
+        """The window in which a face is read."""
+        side = max(math.ceil(_MARGIN * max(box.width, box.height)), 2)
+        x, y = box.centre
+        return cls(round(x - side / 2), round(y - side / 2), side)
 
 
 @dataclass(frozen=True)
 class FaceReading:
     """One face as the network sees it."""
 
-    landmarks: FloatArray  # (478, 2), x and y as shares of the image's width and height
+    landmarks: FloatArray  # (478, 2) [px] of the whole image
     blendshapes: Mapping[str, float]  # score 0 to 1 by MediaPipe's name; empty when unknown
 
+    @property
+    def box(self) -> FaceBox:
+        """The upright box around the landmarks of the skin."""
+        low, high = self.landmarks[:_SKIN].min(axis=0), self.landmarks[:_SKIN].max(axis=0)
+        (x, y), (width, height) = low.tolist(), (high - low).tolist()
+        return FaceBox(x, y, width, height)
 
-class FaceDetector(Protocol):
-    """What a video source needs of a detector."""
 
-    def detect(self, rgb: ByteImage, t: float) -> list[FaceReading]:
-        """All faces of one frame, (height, width, 3), stamped `t` [s]; stamps must grow."""
+class FaceLandmarks(Protocol):
+    """What reading several faces needs of a landmarker."""
+
+    def read(self, rgb: ByteImage, window: Window) -> FaceReading | None:
+        """The face in a window of a picture (height, width, 3); None where there is none."""
 
     def close(self) -> None:
-        """Give the network's memory back; nothing may be detected afterwards."""
+        """Give the network's memory back; nothing may be read afterwards."""
 
 
 class FaceLandmarker:
-    """A detector with MediaPipe's Tasks API in its video mode, which follows faces between frames.
+    """Reads one face at a time with MediaPipe's Tasks API.
+
+    Every window is read for itself (MediaPipe's image mode). Its video mode would follow a face
+    from frame to frame in coordinates of a picture that here moves along with the face, and
+    would smooth the face's motion away with the window's.
 
     Args:
         model: the path of ``face_landmarker.task``.
-        max_faces: how many faces are looked for.
 
     Raises:
-        MissingExtraError: MediaPipe is not installed.
+        MissingExtraError: MediaPipe or OpenCV is not installed.
         ModelFileError: MediaPipe cannot read the model.
     """
 
-    def __init__(self, model: Path, max_faces: int = MAX_FACES) -> None:
+    def __init__(self, model: Path) -> None:
         self._mediapipe = import_mediapipe()
-        self._last_stamp = -1  # [ms]
+        self._cv2 = import_cv2("reading faces")
         self._warm = False
         tasks, vision = self._mediapipe.tasks, self._mediapipe.tasks.vision
         options = vision.FaceLandmarkerOptions(
             base_options=tasks.BaseOptions(model_asset_path=str(model)),
-            running_mode=vision.RunningMode.VIDEO,
-            num_faces=max_faces,
+            running_mode=vision.RunningMode.IMAGE,
+            num_faces=1,
             output_face_blendshapes=True,
         )
         try:
@@ -78,42 +105,39 @@ class FaceLandmarker:
         except (RuntimeError, ValueError, OSError) as error:
             raise ModelFileError(f"{model}: MediaPipe cannot read this model: {error}") from error
 
-    def detect(self, rgb: ByteImage, t: float) -> list[FaceReading]:
-        """All faces of one frame, (height, width, 3), stamped `t` [s]; stamps must grow."""
-        # MediaPipe refuses a stamp that does not grow in whole milliseconds.
-        self._last_stamp = max(round(t * 1000.0), self._last_stamp + 1)
-        image = self._mediapipe.Image(
-            image_format=self._mediapipe.ImageFormat.SRGB, data=np.ascontiguousarray(rgb)
-        )
+    def read(self, rgb: ByteImage, window: Window) -> FaceReading | None:
+        """The face in a window of a picture (height, width, 3); None where there is none."""
+        part = self._cut(rgb, window)
+        image = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=part)
         # The networks are set up, and say so, in the first call.
         with contextlib.nullcontext() if self._warm else quiet_stderr():
-            result = self._landmarker.detect_for_video(image, self._last_stamp)
+            result = self._landmarker.detect(image)
         self._warm = True
-        return [
-            FaceReading(
-                np.array([(point.x, point.y) for point in landmarks], dtype=np.float64),
-                {shape.category_name: float(shape.score) for shape in shapes},
-            )
-            for landmarks, shapes in zip(
-                result.face_landmarks, result.face_blendshapes, strict=True
-            )
-        ]
+        if not result.face_landmarks:
+            return None
+        shares = np.array([(p.x, p.y) for p in result.face_landmarks[0]], dtype=np.float64)
+        return FaceReading(
+            shares * window.side + (window.x, window.y),
+            {shape.category_name: float(shape.score) for shape in result.face_blendshapes[0]},
+        )
 
     def close(self) -> None:
-        """Give the network's memory back; nothing may be detected afterwards."""
+        """Give the network's memory back; nothing may be read afterwards."""
         with quiet_stderr():
             self._landmarker.close()
 
-    def __enter__(self) -> FaceLandmarker:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+    def _cut(self, rgb: ByteImage, window: Window) -> ByteImage:
+        """The window, black where it lies outside the picture, at the network's size."""
+        cv2, (x, y, side), (height, width) = self._cv2, window, rgb.shape[:2]
+        left, top = min(max(-x, 0), side), min(max(-y, 0), side)
+        right, bottom = min(max(x + side - width, 0), side), min(max(y + side - height, 0), side)
+        part = rgb[max(y, 0) : max(y + side, 0), max(x, 0) : max(x + side, 0)]
+        if not part.size:
+            return np.zeros((_INPUT, _INPUT, 3), dtype=np.uint8)
+        if left or top or right or bottom:
+            part = cv2.copyMakeBorder(part, top, bottom, left, right, cv2.BORDER_CONSTANT)
+        way = cv2.INTER_AREA if side > _INPUT else cv2.INTER_CUBIC
+        return np.ascontiguousarray(cv2.resize(part, (_INPUT, _INPUT), interpolation=way))
 
 
 def import_mediapipe() -> Any:
@@ -130,28 +154,3 @@ def import_mediapipe() -> Any:
     except ImportError as error:
         raise MissingExtraError("reading faces in a video", "camera", "mediapipe") from error
     return mediapipe
-
-
-@contextlib.contextmanager
-def quiet_stderr() -> Iterator[None]:
-    """Send what native code writes to the standard error stream nowhere, for a moment.
-
-    MediaPipe, TensorFlow Lite and FFmpeg print past Python, onto the terminal that shows the
-    live timeline. The stream is the whole process's, so this is held only while a model is set
-    up or a file is opened; what goes wrong there comes back as an exception.
-    """
-    if sys.stderr is not None:
-        sys.stderr.flush()
-    try:
-        saved = os.dup(2)
-    except OSError:  # no standard error stream, as under pythonw: nothing to keep quiet
-        yield
-        return
-    try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 2)
-        os.close(nowhere)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)

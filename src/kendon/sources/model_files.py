@@ -44,8 +44,19 @@ FACE_LANDMARKER = ModelFile(
     ),
 )
 
+FACE_FINDER = ModelFile(
+    name="face_detection_yunet_2026may.onnx",
+    purpose="OpenCV's YuNet (2026may): where in a picture there are faces, near and far",
+    sha256="ebafce4e3c118d6554634be5c27ab333b4c047a9a8c3faf1d7cf93101c22f0f0",
+    licence="MIT",
+    origin=(
+        "https://media.githubusercontent.com/media/opencv/opencv_zoo/main/models/"
+        "face_detection_yunet/face_detection_yunet_2026may.onnx"
+    ),
+)
+
 #: Every neural network's file by its name.
-MODEL_FILES: Mapping[str, ModelFile] = {FACE_LANDMARKER.name: FACE_LANDMARKER}
+MODEL_FILES: Mapping[str, ModelFile] = {file.name: file for file in (FACE_LANDMARKER, FACE_FINDER)}
 
 
 class ModelFileState(Enum):

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import UNKNOWN_POINT, Vec3
 from kendon.person import FloatArray
-from kendon.sources.face_geometry import import_cv2
-from kendon.sources.face_landmarks import quiet_stderr
+from kendon.sources.camera_geometry import import_cv2
+from kendon.sources.quiet import quiet_stderr
 from kendon.sources.stereo_calibration import UNITS, StereoCalibration
 
 ByteImage = NDArray[np.uint8]

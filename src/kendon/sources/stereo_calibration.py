@@ -19,8 +19,8 @@ import numpy as np
 
 from kendon.errors import DataError, UnknownNameError
 from kendon.person import FloatArray
-from kendon.sources.face_geometry import import_cv2
-from kendon.sources.face_landmarks import quiet_stderr
+from kendon.sources.camera_geometry import import_cv2
+from kendon.sources.quiet import quiet_stderr
 from kendon.tables import check_readable
 
 #: Metres in a unit of length.
