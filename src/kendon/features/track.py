@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import blend, eye_gaze, head_gaze
+from kendon.features.gestures import GestureDetector, gesture_rows
 from kendon.features.motion_of_track import Positions, approach_speeds, median
 from kendon.features.proxemics import distance, to_world
 from kendon.features.sampler import (
@@ -60,7 +62,8 @@ def observe(
     starts, stops = _rows_of_intervals(track.t, ends)
     medians = _medians(track, starts, stops, face)
     speeds = _speeds(track, starts, stops, ends, period)
-    values = np.column_stack([medians[:, 0], speeds, medians[:, 1:]])
+    gestures = _gestures(track, starts, stops, ends, medians)
+    values = np.column_stack([medians[:, 0], speeds, medians[:, 1:3], gestures])
     phases = None if track.phases is None else _phases(track.phases, starts, stops)
     return Observations(ends, values, phases, name)
 
@@ -90,7 +93,7 @@ def _rows_of_intervals(t: FloatArray, ends: FloatArray) -> tuple[IntArray, IntAr
 
 
 def _medians(track: Track, starts: IntArray, stops: IntArray, face: Vec3) -> FloatArray:
-    """Distance, gaze, smile and gestures of K intervals, shape (K, 6)."""
+    """Distance, gaze, smile and given gestures of K intervals, shape (K, 6)."""
     way = distance(track.head)
     look = head_gaze(track.head, track.head_rotation, face)
     if np.isfinite(track.eyes).any():
@@ -102,6 +105,31 @@ def _medians(track: Track, starts: IntArray, stops: IntArray, face: Vec3) -> Flo
     taken = values[np.minimum(rows, len(track) - 1)]
     taken[rows >= stops[:, None]] = np.nan
     return median(taken)
+
+
+def _gestures(
+    track: Track, starts: IntArray, stops: IntArray, ends: FloatArray, medians: FloatArray
+) -> FloatArray:
+    """The gestures of K intervals, shape (K, 3): detected where they are not given by hand."""
+    given = medians[:, 3:]
+    if not (track.joints or np.isfinite(track.head_rotation).any()):
+        return given  # nothing to detect them from
+    detector = GestureDetector()
+    rows = iter(gesture_rows(track))
+    seen = 0
+    found = []
+    for start, stop, end, values in zip(
+        starts.tolist(), stops.tolist(), ends.tolist(), medians.tolist(), strict=True
+    ):
+        for row in itertools.islice(rows, stop - seen):
+            detector.add(*row)
+        seen = stop
+        if start == stop:
+            found.append((math.nan, math.nan, math.nan))
+        else:
+            since = float(track.t[start])
+            found.append(detector.complete(values[3:], end, since, values[0]))
+    return np.array(found)
 
 
 def _speeds(
