@@ -73,6 +73,7 @@ class Sampler:
         self.next_end = math.nan
         self._stamps: deque[float] = deque(maxlen=SPACINGS + 1)  # [s], of the newest frames
         self._frames: list[_Values] = []  # of the interval being filled
+        self._since = math.nan  # [s], the first of those frames
         self._placed = False  # whether one of those frames tells where the person is
         self._newest: tuple[_Values, bool] | None = None  # the newest frame, and whether it does
         self._walk = Walk()
@@ -142,6 +143,8 @@ class Sampler:
         gaze = gaze_of_head(head, rotation, self._face)
         if eyes and eye_gaze:
             gaze = blend(gaze_of_eyes(eyes, eye_gaze, self._face), gaze, way)
+        if not self._frames:
+            self._since = t
         values = (way, gaze, smile, dsal, csal, hdip)
         self._frames.append(values)
 
@@ -159,7 +162,7 @@ class Sampler:
         """The observation of the interval being filled, which ends; the next one begins."""
         end = self.next_end
         frames, placed = self._frames, self._placed
-        since = self._stamps[-max(1, len(frames))] if self._stamps else end
+        since = self._since if frames else self._last
         self._frames, self._placed = [], False
         self._count += 1
         self.next_end = self._start + self._count * self.period  # summed up, it would drift

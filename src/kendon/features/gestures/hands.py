@@ -17,10 +17,11 @@ their lengths do not change, so what changes in them is the noise of the joints.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing, posterior
-from kendon.features.gestures.series import Series, quantile
+from kendon.features.gestures.series import ROUNDED, quantile, spread
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 #: The arm from shoulder to wrist, of a person 1.7 m tall: 0.332 of the stature (Winter 2009) [m].
@@ -38,14 +39,18 @@ NOW = 0.25
 HOLD = 0.45
 #: All but this share of the while a hand must have been up, or out, to be held there.
 LET_GO = 0.25
-#: A swing to and fro is looked for over so long: one period of a slow wave [s].
-SWING = 0.7
+#: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
+#: is looked for over as long: one period of a slow wave [s].
+LAST = 0.8
+#: A hand is up from here on [arms over the shoulder].
+RAISED = -0.5
 #: How high the other hand came is asked of so long: more than half a stride [s].
 STRIDE = 1.2
 
 # Waves.
-HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.5)  # of the wrist over the shoulder [arms]
-HELD_HEIGHT = Weighing(-0.40, 0.12, -3.0, 2.5)  # the same, where it is held
+HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.0)  # of the wrist over the shoulder [arms]
+HELD_HEIGHT = Weighing(-0.40, 0.12, -3.0, 2.0)  # the same, where it is held
+LASTING_HEIGHT = Weighing(-0.45, 0.12, -2.0, 2.0)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 1.5)  # forearm: -1 hangs, 0 horizontal, 1 upright
 SWAY = Weighing(0.06, 0.04, -0.7, 2.0)  # of a hand that is up, to and fro [arms]
 ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
@@ -59,6 +64,19 @@ SHAKE = Weighing(0.05, 0.04, -0.3, 1.5)  # of a hand that is out, up and down [a
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 
 
+#: No hand reaches a robot that is farther away [m].
+FAR = 3.0
+#: So long a row is kept [s]; it is let go of when twice as old.
+_KEPT = 1.5 * STRIDE
+#: The quartiles of a normal variable lie so many standard deviations apart.
+QUARTILES = 1.349
+
+#: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
+#: forearm's elevation, length of lower and upper arm [m].
+_Row = tuple[float, float, float, float, float, float]
+_UP, _TOWARD, _ACROSS, _FOREARM, _LOWER, _UPPER = range(6)
+
+
 class HandGestures(NamedTuple):
     """Probabilities of what one hand does; NaN = unknown."""
 
@@ -70,56 +88,48 @@ class Arm:
     """One arm over the latest seconds."""
 
     def __init__(self) -> None:
-        self.up = Series()  # [m], wrist over shoulder
-        self.toward = Series()  # [m], wrist from shoulder toward the robot, over the ground
-        self.across = Series()  # [m], wrist from shoulder to the left as seen from the robot
-        self.forearm = Series()  # [1], sine of the forearm's elevation
-        self._upper_arm = Series()  # [m], length
-        self._lower_arm = Series()  # [m], length
+        self._t: list[float] = []  # [s]
+        self._rows: list[_Row] = []
 
     def clear(self) -> None:
         """Forget everything."""
-        for series in (
-            self.up, self.toward, self.across, self.forearm, self._upper_arm, self._lower_arm
-        ):  # fmt: skip
-            series.clear()
+        self._t.clear()
+        self._rows.clear()
 
     def add(self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3) -> None:
         """Take in the joints at an instant; NaN where they are not known."""
         sx, sy, sz = shoulder
-        ex, ey, ez = elbow
         wx, wy, wz = wrist
+        up = wz - sz
+        if up != up:  # NaN: nothing is known of this hand
+            return
+        stamps = self._t
+        if stamps and t - stamps[0] > 2 * _KEPT:
+            old = bisect_left(stamps, t - _KEPT)
+            del stamps[:old], self._rows[:old]
+        ex, ey, ez = elbow
         dx, dy = wx - sx, wy - sy
-        way = math.sqrt(sx * sx + sy * sy)
-        self.up.add(t, wz - sz)
-        if way > 0.0:
-            self.toward.add(t, -(dx * sx + dy * sy) / way)
-            self.across.add(t, (dx * sy - dy * sx) / way)
         ax, ay, az = wx - ex, wy - ey, wz - ez
-        length = math.sqrt(ax * ax + ay * ay + az * az)
-        if length > 0.0:
-            self.forearm.add(t, az / length)
-            self._lower_arm.add(t, length)
         bx, by, bz = ex - sx, ey - sy, ez - sz
-        self._upper_arm.add(t, math.sqrt(bx * bx + by * by + bz * bz))
+        way = math.sqrt(sx * sx + sy * sy) or math.nan
+        lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
+        upper = math.sqrt(bx * bx + by * by + bz * bz)
+        stamps.append(t)
+        self._rows.append(
+            (up, -(dx * sx + dy * sy) / way, (dx * sy - dy * sx) / way, az / lower, lower, upper)
+        )
+
+    def _since(self, begin: float) -> list[_Row]:
+        return self._rows[bisect_left(self._t, begin - ROUNDED) :]
 
     def length(self, begin: float) -> float:
         """Of upper and lower arm together, from an instant on [m]; NaN when unknown."""
-        whole = quantile(self._upper_arm.since(begin), 0.5) + quantile(
-            self._lower_arm.since(begin), 0.5
-        )
+        whole = quantile([row[_LOWER] + row[_UPPER] for row in self._since(begin)], 0.5)
         return whole if SHORTEST <= whole <= LONGEST else math.nan
 
-    def noise(self, begin: float) -> float:
-        """Standard deviation of a joint's place, as the bones tell it [m]; 0 when unknown."""
-        worst = 0.0
-        for bone in (self._upper_arm, self._lower_arm):
-            lengths = bone.since(begin)
-            if len(lengths) > 2:
-                middle = quantile(lengths, 0.5)
-                spread = quantile([abs(length - middle) for length in lengths], 0.5) / 0.6745
-                worst = max(worst, spread)
-        return worst
+    def highest(self, begin: float) -> float:
+        """How high over its shoulder the hand has been, from an instant on [m]."""
+        return quantile([row[_UP] for row in self._since(begin)], 0.9)
 
     def gestures(
         self, end: float, since: float, arm: float, other: Arm, distance: float
@@ -133,48 +143,65 @@ class Arm:
             other: the other arm.
             distance: of the person from the robot; NaN when unknown [m].
         """
-        if not self.up.since(since):
+        if not self._t or self._t[-1] < since - ROUNDED:
             return HandGestures(math.nan, math.nan)
-        begin = min(end - NOW, since)
-        noise = self.noise(end - 1.0) / arm
-        count = len(self.up.since(begin))
-        noise_now = noise / math.sqrt(count)
+        now = self._since(min(end - NOW, since))
+        held = self._since(end - HOLD)
+        lasting = self._since(end - LAST)
+        noise = _noise(lasting) / arm
+        # A while that has only begun tells as much less.
+        age = end - self._t[0]
+        stride = min(1.0, (end - other._t[0]) / STRIDE) if other._t else 0.0
+        noise_now = noise / math.sqrt(len(now))
 
-        def now(series: Series) -> float:
-            return quantile(series.since(begin), 0.5)
-
-        def held(series: Series) -> float:
-            span = series.since(end - HOLD)
-            return quantile(span, LET_GO) / arm if len(span) > 2 else math.nan
-
-        height = now(self.up) / arm
-        forearm = now(self.forearm)
-        others = [value / arm for value in other.up.since(end - STRIDE)]
-        alone = height - quantile(others, 0.9)
-        sway = self.across.swing(end - SWING) / arm
+        height = quantile([row[_UP] for row in now], 0.5) / arm
+        forearm = quantile([row[_FOREARM] for row in now], 0.5)
+        while_up = [row[_ACROSS] for row in lasting if row[_UP] > RAISED * arm]
         wave = posterior(
             WAVE_PRIOR,
             (
                 HEIGHT.evidence(height, noise_now),
-                HELD_HEIGHT.evidence(held(self.up), noise_now),
+                min(1.0, age / HOLD)
+                * HELD_HEIGHT.evidence(_kept([row[_UP] for row in held]) / arm, noise_now),
+                min(1.0, age / LAST)
+                * LASTING_HEIGHT.evidence(_kept([row[_UP] for row in lasting]) / arm, noise_now),
                 UPRIGHT.evidence(forearm, 2.0 * noise_now),
-                SWAY.evidence(sway, noise),
-                ALONE.evidence(alone, noise_now),
+                SWAY.evidence(spread(while_up) / arm, noise),
+                stride * ALONE.evidence(height - other.highest(end - STRIDE) / arm, noise_now),
             ),
         )
-        reach = now(self.toward) / arm
+        if distance > FAR:
+            return HandGestures(wave, 0.0)
+        reach = quantile([row[_TOWARD] for row in now], 0.5)
+        ways_out = [row[_TOWARD] for row in held]
         handshake = posterior(
             SHAKE_PRIOR,
             (
-                REACH.evidence(reach, noise_now),
-                HELD_REACH.evidence(held(self.toward), noise_now),
+                REACH.evidence(reach / arm, noise_now),
+                min(1.0, age / HOLD) * HELD_REACH.evidence(_kept(ways_out) / arm, noise_now),
                 LIFT.evidence(forearm, 2.0 * noise_now),
-                HALFWAY.evidence(reach * arm / distance, noise_now),
-                SHAKE.evidence(self.up.swing(end - SWING) / arm, noise),
+                HALFWAY.evidence(reach / distance, noise_now),
+                SHAKE.evidence(spread([row[_UP] for row in lasting if row[_TOWARD] > 0.4 * arm]) / arm, noise),
                 NEAR.evidence(distance),
             ),
         )
         return HandGestures(wave, handshake)
+
+
+def _kept(values: list[float]) -> float:
+    """What nearly all of the values reach; NaN of too few to tell."""
+    return quantile(values, LET_GO) if len(values) > 2 else math.nan
+
+
+def _noise(rows: list[_Row]) -> float:
+    """The standard deviation of a joint's place, as the bones tell it [m]; 0 when unknown."""
+    worst = 0.0
+    for bone in (_LOWER, _UPPER):
+        lengths = sorted([row[bone] for row in rows if row[bone] == row[bone]])
+        if len(lengths) > 3:
+            count = len(lengths)
+            worst = max(worst, (lengths[3 * count // 4] - lengths[count // 4]) / QUARTILES)
+    return worst
 
 
 def shoulder_of(own: Vec3, other: Vec3, head: Vec3) -> Vec3:

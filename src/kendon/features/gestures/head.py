@@ -22,7 +22,7 @@ NOD_PRIOR = 0.03
 #: The pitch now is the median of so long [s].
 NOW = 0.2
 #: A head is held as it was in the median from this long ago until this long ago [s].
-HELD_FROM, HELD_UNTIL = 3.0, 0.4
+HELD_FROM, HELD_UNTIL = 2.4, 0.4
 #: So much of that while must be known for a baseline [s].
 HELD_LEAST = 0.5
 #: A toss or a nod is over in so long [s].
@@ -30,7 +30,7 @@ BEAT = 0.8
 #: A beat of the head is smoothed over so long: a third of a quick nod [s].
 SMOOTH = 0.1
 
-DIP = Weighing(math.radians(18), math.radians(4.5), -4.0, 5.0)  # down from the baseline [rad]
+DIP = Weighing(math.radians(13), math.radians(2.5), -4.0, 6.0)  # down from the baseline [rad]
 TOSS = Weighing(math.radians(9), math.radians(2.0), -2.0, 4.5)  # up and back [rad]
 NOD = Weighing(math.radians(9), math.radians(2.0), -2.0, 4.5)  # down and back [rad]
 

@@ -73,44 +73,29 @@ class Series:
         asides.sort()
         return asides[(len(asides) - 1) // 4] / QUARTILE
 
-    def swing(self, begin: float) -> float:
-        """The root mean square of values around their trend, from an instant on.
-
-        A swing there and back leaves much of itself, a steady motion nothing.
-
-        Returns:
-            NaN with fewer than four values.
-        """
-        first = bisect_left(self.t, begin - ROUNDED)
-        x = self.values[first:]
-        n = len(x)
-        if n < 4:
-            return math.nan
-        t0 = self.t[first]
-        t = [stamp - t0 for stamp in self.t[first:]]
-        mean_t, mean_x = sum(t) / n, sum(x) / n
-        tt = tx = xx = 0.0
-        for a, b in zip(t, x, strict=True):
-            a -= mean_t
-            b -= mean_x
-            tt += a * a
-            tx += a * b
-            xx += b * b
-        return math.sqrt(max(0.0, xx - tx * tx / tt) / n)
-
 
 def quantile(values: Sequence[float], share: float) -> float:
-    """The value that a share of the values lies below, NaN of none.
+    """The value that a share of the values lies below; of the known ones, NaN of none.
 
     >>> quantile([3.0, 1.0, 2.0, 5.0, 4.0], 0.25)
     2.0
     """
-    if not values:
+    ordered = sorted([value for value in values if value == value])
+    if not ordered:
         return math.nan
-    ordered = sorted(values)
     place = share * (len(ordered) - 1)
     low = int(place)
     if low == place:
         return ordered[low]
     rest = place - low
     return (1.0 - rest) * ordered[low] + rest * ordered[low + 1]
+
+
+def spread(values: Sequence[float]) -> float:
+    """The standard deviation of values; of the known ones, NaN of fewer than four."""
+    known = [value for value in values if value == value]
+    count = len(known)
+    if count < 4:
+        return math.nan
+    mean = sum(known) / count
+    return math.sqrt(sum([(value - mean) ** 2 for value in known]) / count)
