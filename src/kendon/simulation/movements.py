@@ -1,0 +1,288 @@
+"""What people do with their heads, trunks and arms: salutations, and what only looks like them.
+
+A movement is a handful of numbers; `kendon.simulation.postures` turns them into angles. Which
+of the thesis's gestures (3.3.5) it is to be taken for says `Movement.gesture`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kendon.errors import ParameterError, UnknownNameError
+from kendon.person import GESTURES
+
+
+@dataclass(frozen=True)
+class Movement:
+    """One movement. What `size`, `height` and `aside` mean depends on its kind (see `MOVEMENTS`).
+
+    Raises:
+        ParameterError: a time, rate or gesture is impossible.
+        UnknownNameError: there is no such kind.
+    """
+
+    kind: str
+    begin: float  # [s]
+    duration: float  # [s], with rise and fall
+    rise: float = 0.5  # [s], from rest into the posture
+    fall: float = 0.5  # [s], out of it
+    hands: str = ""  # "l", "r" or "lr"
+    size: float = 0.0  # [rad] of a head or trunk, [m] of a hand's path from end to end
+    rate: float = 0.0  # [1/s], strokes a second
+    height: float = 0.0  # of the hand
+    aside: float = 0.0  # of the hand
+    lean: float = 0.0  # [rad], of the trunk with it
+    wait: float = 0.0  # [s], how long a hand is held out before it is taken
+    gesture: str = ""  # "dsal", "csal", "hdip", or "" = none
+
+    def __post_init__(self) -> None:
+        if self.kind not in MOVEMENTS:
+            raise UnknownNameError("movement", self.kind, MOVEMENTS)
+        if self.gesture not in ("", *GESTURES):
+            raise UnknownNameError("gesture", self.gesture, GESTURES)
+        times = (self.rise, self.fall, self.duration - self.rise - self.fall + 1e-9)
+        if not (all(0 < x < math.inf for x in times) and math.isfinite(self.begin)):
+            raise ParameterError(
+                f"a movement begins at a finite time and lasts at least its rise and fall, both"
+                f" positive: not from {self.begin} for {self.duration} s with a rise of"
+                f" {self.rise} and a fall of {self.fall} s"
+            )
+        if not 0 <= self.rate < math.inf:
+            raise ParameterError(f"a movement's rate is not negative and finite, not {self.rate}")
+        if set(self.hands) - set("lr"):
+            raise ParameterError(f"a movement's hands are l, r or lr, not {self.hands!r}")
+
+    @property
+    def end(self) -> float:
+        """When it is over [s]."""
+        return self.begin + self.duration
+
+    def at(self, begin: float) -> Movement:
+        """The same movement at another time."""
+        return replace(self, begin=begin)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What there is to know of one kind of movement."""
+
+    gesture: str  # what it is taken for; a distance salutation shown near is a close one
+    draw: Callable[[np.random.Generator, str], Movement]  # one of its kind by the preferred hand
+
+
+def draw_movement(
+    kind: str,
+    rng: np.random.Generator,
+    *,
+    begin: float = 0.0,
+    duration: float | None = None,
+    handed: str = "r",
+    near: bool = False,
+) -> Movement:
+    """Draw a movement of a kind.
+
+    Args:
+        kind: one of `MOVEMENTS`.
+        rng: chance.
+        begin: when it begins [s].
+        duration: how long it is to last [s]; as drawn unless given. Strokes and holds fill it.
+        handed: the hand the person prefers.
+        near: whether it is shown at close range, where a salutation is a close one.
+
+    Raises:
+        UnknownNameError: there is no such kind.
+    """
+    if kind not in MOVEMENTS:
+        raise UnknownNameError("movement", kind, MOVEMENTS)
+    drawn = MOVEMENTS[kind].draw(rng, handed)
+    gesture = MOVEMENTS[kind].gesture
+    if near and gesture == "dsal":
+        gesture = "csal"
+    drawn = replace(drawn, begin=begin, gesture=gesture)
+    return drawn if duration is None else lasting(drawn, duration)
+
+
+def lasting(movement: Movement, duration: float) -> Movement:
+    """The same movement in another time: fewer or more strokes, and a quicker one if it must."""
+    m = movement
+    quicker = min(1.0, 0.8 * duration / (m.rise + m.fall))
+    rise, fall = m.rise * quicker, m.fall * quicker
+    wait = min(m.wait, max(0.0, (duration - rise - fall) / 2))
+    # A path cut in time is cut in length: nobody moves faster for being short of time.
+    return replace(
+        m, duration=duration, rise=rise, fall=fall, wait=wait,
+        size=m.size * quicker, height=m.height * quicker if m.gesture == "dsal" else m.height,
+    )  # fmt: skip
+
+
+def _other(hand: str) -> str:
+    return "l" if hand == "r" else "r"
+
+
+def _hand(rng: np.random.Generator, handed: str, both: float = 0.0) -> str:
+    """One hand, the preferred in four of five; both in some."""
+    if rng.random() < both:
+        return "lr"
+    return handed if rng.random() < 0.8 else _other(handed)
+
+
+def _wave(rng: np.random.Generator, handed: str) -> Movement:
+    """Height 0 is a hand at the shoulder, 1 an arm overhead; 1 to 3 strokes a second."""
+    height = float(rng.beta(1.2, 1.5))
+    rate = float(rng.uniform(1.0, 3.0))
+    # Faster strokes are shorter; a raised arm swings wider.
+    size = float(rng.uniform(0.10, 0.20) * (1 + height) * min(1.0, 1.8 / rate))
+    strokes = float(rng.integers(1, 7))
+    rise, fall = (0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)
+    return Movement(
+        "wave", 0.0, rise + strokes / rate + fall, rise, fall,
+        hands=_hand(rng, handed, 0.06), size=size, rate=rate,
+        height=height, aside=float(rng.uniform(-0.5, 1.0)),
+    )  # fmt: skip
+
+
+def _raise(rng: np.random.Generator, handed: str) -> Movement:
+    """A hand raised once, held and lowered: hi."""
+    height = float(rng.beta(1.2, 2.0))
+    rise, fall = (0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)
+    hold = float(rng.uniform(0.15, 1.2))
+    return Movement(
+        "raise", 0.0, rise + hold + fall, rise, fall,
+        hands=_hand(rng, handed, 0.06), height=height, aside=float(rng.uniform(-0.5, 1.0)),
+    )  # fmt: skip
+
+
+def _nod(rng: np.random.Generator, handed: str) -> Movement:
+    """Small pitches, 2 to 4 a second (Hadar et al. 1983)."""
+    rate = float(rng.uniform(2.0, 4.0))
+    strokes = float(rng.integers(1, 5))
+    size = math.radians(rng.uniform(6, 18)) * min(1.0, 2.5 / rate)
+    quarter = 0.25 / rate
+    return Movement("nod", 0.0, strokes / rate, quarter, quarter, size=size, rate=rate)
+
+
+def _toss(rng: np.random.Generator, handed: str) -> Movement:
+    """The head thrown back for a moment."""
+    rise, fall = float(rng.uniform(0.15, 0.28)), float(rng.uniform(0.25, 0.5))
+    hold = float(rng.uniform(0.0, 0.25))
+    size = math.radians(rng.uniform(8, 20))
+    return Movement("toss", 0.0, rise + hold + fall, rise, fall, size=size)
+
+
+def _dip(rng: np.random.Generator, handed: str) -> Movement:
+    """The head bent forward at the neck, 0.3 to 0.9 s (2.1.3, 3.4)."""
+    duration = float(rng.uniform(0.3, 0.9))
+    rise = duration * float(rng.uniform(0.35, 0.5))
+    fall = (duration - rise) * float(rng.uniform(0.7, 1.0))
+    # Not faster than heads turn in everyday life, 350 degrees a second at the peak.
+    fastest = math.radians(350) / 1.875 * min(rise, fall)
+    size = min(math.radians(rng.uniform(25, 60)), max(fastest, math.radians(25)))
+    return Movement("dip", 0.0, duration, rise, fall, size=size)
+
+
+def _bow(rng: np.random.Generator, handed: str) -> Movement:
+    """The trunk bent at the hips by 10 to 60 degrees, 0.8 to 2 s."""
+    duration = float(rng.uniform(0.8, 2.0))
+    rise = duration * float(rng.uniform(0.3, 0.42))
+    fall = duration * float(rng.uniform(0.35, 0.5))
+    size = math.radians(rng.uniform(10, 20 + 20 * duration))
+    return Movement("bow", 0.0, duration, rise, fall, size=size)
+
+
+def _handshake(rng: np.random.Generator, handed: str) -> Movement:
+    """A hand held out [m above the floor], taken, and shaken 3 to 10 cm up and down.
+
+    The right hand, whichever is preferred, but for one person in fifty.
+    """
+    rise, fall = rng.uniform(0.5, 0.9, 2)
+    wait = float(rng.choice([0.0, rng.uniform(0.2, 2.0)]))
+    rate = float(rng.uniform(2.0, 4.0))
+    # The thesis (2.1.6): three up-down movements as a rule.
+    strokes = max(2.0, round(rng.uniform(1.0, 2.2) * rate))
+    return Movement(
+        "handshake", 0.0, rise + wait + strokes / rate + fall, float(rise), float(fall),
+        hands="l" if rng.random() < 0.02 else "r", size=float(rng.uniform(0.03, 0.10)),
+        rate=rate, height=float(rng.uniform(0.97, 1.13)),
+        aside=float(rng.uniform(-0.6, 0.1)), lean=math.radians(rng.uniform(0, 12)), wait=wait,
+    )  # fmt: skip
+
+
+def _hug(rng: np.random.Generator, handed: str) -> Movement:
+    """Both arms reached out, open, then closed about somebody; height at the shoulders = 0."""
+    rise, fall = rng.uniform(0.6, 1.0, 2)
+    return Movement(
+        "hug", 0.0, rise + rng.uniform(0.8, 3.0) + fall, float(rise), float(fall),
+        hands="lr", size=float(rng.uniform(0.2, 0.5)), height=float(rng.uniform(-0.15, 0.15)),
+        lean=math.radians(rng.uniform(3, 15)),
+    )  # fmt: skip
+
+
+def _talk(rng: np.random.Generator, handed: str) -> Movement:
+    """Beats: small strokes of hands held before the belly."""
+    return _held(
+        "talk", rng, rng.choice([handed, "lr"]), rate=rng.uniform(0.6, 2.2),
+        size=rng.uniform(0.04, 0.2), height=rng.uniform(-0.6, 0.6), aside=rng.uniform(0, 6),
+    )  # fmt: skip
+
+
+def _point(rng: np.random.Generator, handed: str) -> Movement:
+    """An arm stretched out; height is its elevation, aside its azimuth outward [rad]."""
+    return _held(
+        "point", rng, _hand(rng, handed), shortest=1.0, longest=2.5,
+        height=math.radians(rng.uniform(-25, 20)), aside=math.radians(rng.uniform(-20, 80)),
+    )  # fmt: skip
+
+
+def _watch(rng: np.random.Generator, handed: str) -> Movement:
+    return _held(
+        "watch", rng, _other(handed), shortest=1.2, longest=2.5,
+        size=math.radians(rng.uniform(15, 40)),
+    )  # fmt: skip
+
+
+def _of(kind: str, both: float = 0.0, longest: float = 8.0) -> Callable[..., Movement]:
+    """What is held for a while; size bends the head [rad], height and aside vary the posture."""
+
+    def draw(rng: np.random.Generator, handed: str) -> Movement:
+        size = math.radians(rng.uniform(15, 40)) if kind == "text" else 0.0
+        return _held(kind, rng, _hand(rng, handed, both), longest=longest, size=size,
+                     height=rng.uniform(-1, 1), aside=rng.uniform(-1, 1))  # fmt: skip
+
+    return draw
+
+
+def _held(
+    kind: str, rng: np.random.Generator, hands: str, *, shortest: float = 1.5,
+    longest: float = 8.0, **numbers: float,
+) -> Movement:  # fmt: skip
+    rise, fall = rng.uniform(0.6, 1.1, 2)
+    duration = float(max(rise + fall + 0.2, rng.uniform(shortest, longest)))
+    still = Movement(kind, 0.0, duration, float(rise), float(fall), hands=str(hands))
+    return replace(still, **{name: float(number) for name, number in numbers.items()})
+
+
+#: Every kind of movement by name; first the salutations, then what is none.
+MOVEMENTS: dict[str, Kind] = {
+    "wave": Kind("dsal", _wave),
+    "raise": Kind("dsal", _raise),
+    "nod": Kind("dsal", _nod),
+    "toss": Kind("dsal", _toss),
+    "bow": Kind("dsal", _bow),
+    "handshake": Kind("csal", _handshake),
+    "hug": Kind("csal", _hug),
+    "dip": Kind("hdip", _dip),
+    "talk": Kind("", _talk),
+    "point": Kind("", _point),
+    "watch": Kind("", _watch),
+    "call": Kind("", _of("call", longest=12.0)),
+    "text": Kind("", _of("text", 0.5, longest=12.0)),
+    "face": Kind("", _of("face", longest=4.0)),
+    "hair": Kind("", _of("hair", longest=4.0)),
+    "pockets": Kind("", _of("pockets", 0.6, longest=12.0)),
+    "crossed": Kind("", _of("crossed", 1.0, longest=12.0)),
+    "bag": Kind("", _of("bag", longest=12.0)),
+}
