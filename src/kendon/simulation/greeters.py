@@ -14,6 +14,7 @@ import numpy as np
 
 from kendon.person import FloatArray, IntArray, Track
 from kendon.phases import Phase
+from kendon.simulation.embodiment import Salutation, with_body
 
 #: Frames a second.
 RATE = 30.0
@@ -159,10 +160,13 @@ class _Walk:
         return float(t[np.argmax(self.distance(t) <= distance)])
 
 
-def perform(greeter: Greeter, rng: np.random.Generator, name: str = "") -> Track:
+def perform(
+    greeter: Greeter, rng: np.random.Generator, name: str = "", *, joints: bool = False
+) -> Track:
     """The track of a drawn greeting before a robot that stands at the origin, with true phases.
 
-    The gestures are given by hand: the thesis's keys, pressed by the true phases (3.3.5).
+    The gestures are given by hand: the thesis's keys, pressed by the true phases (3.3.5). Or the
+    person gets a body (`joints`), moves, and leaves it to detectors to find the gestures.
     """
     g = greeter
     walk = _Walk(g.start, g.stop, g.speed, g.acceleration, g.sighting, g.pause_at, g.pause)
@@ -180,15 +184,33 @@ def perform(greeter: Greeter, rng: np.random.Generator, name: str = "") -> Track
         [c * along - s * across, s * along + c * across, g.height + 0.02 * sway * np.cos(steps)],
         axis=1,
     )
+    # A body dips its head itself, from where it looked in the salutation.
+    looks = np.where(phases == Phase.HD, Phase.DS, phases) if joints else phases
     track = Track.build(
         t,
         head,
-        head_rotation=_look(g, t, phases, head, rng),
+        head_rotation=_look(g, t, looks, head, rng),
         smile=_smile(g, t, phases, rng),
         phases=phases,
         name=name,
     )
+    if joints:
+        across = g.aside * way / g.start
+        ground = np.stack([c * way - s * across, s * way + c * across], axis=1)
+        heading = np.full(len(t), g.bearing + math.pi)
+        # Of their own chance, so that joints change nothing else that is drawn.
+        return with_body(rng.spawn(1)[0], track, ground, heading, g.height, _salutations(g, closes))
     return track.with_gestures_from_phases()
+
+
+def _salutations(g: Greeter, closes: float) -> list[Salutation]:
+    dip = g.wave_at + g.wave + g.dip_after
+    all_three = [
+        Salutation(Phase.DS, g.wave_at, g.wave),
+        Salutation(Phase.HD, dip, g.dip),
+        Salutation(Phase.CS, closes, g.close),
+    ]
+    return [s for s in all_three if math.isfinite(s.begin)]
 
 
 def _phases(g: Greeter, t: FloatArray, way: FloatArray, closes: float) -> IntArray:
@@ -246,8 +268,11 @@ def _smooth(values: FloatArray, seconds: float) -> FloatArray:
     return np.asarray((sums[n:] - sums[:-n]) / n)
 
 
-def draw_passerby(rng: np.random.Generator, name: str = "") -> Track:
-    """Somebody who walks past, greets nobody, and looks where they go; phases all 0."""
+def draw_passerby(rng: np.random.Generator, name: str = "", *, joints: bool = False) -> Track:
+    """Somebody who walks past, greets nobody, and looks where they go; phases all 0.
+
+    With joints they have a body, and the gestures are left to detectors.
+    """
     speed = float(np.clip(rng.normal(1.3, 0.25), 0.6, 2.0))
     nearest = float(rng.uniform(0.8, 3.5))
     bearing = float(rng.uniform(-1.0, 1.0))  # of the nearest point of the way
@@ -256,11 +281,12 @@ def draw_passerby(rng: np.random.Generator, name: str = "") -> Track:
     t = np.arange(0.0, 2 * half / speed, 1 / RATE)
     steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)
     along, away = speed * t - half, nearest + 0.02 * np.sin(steps / 2)
+    height = rng.normal(1.55, 0.1)
     head = np.stack(
         [
             away * math.cos(bearing) + along * math.cos(course),
             away * math.sin(bearing) + along * math.sin(course),
-            rng.normal(1.55, 0.1) + 0.02 * np.cos(steps),
+            height + 0.02 * np.cos(steps),
         ],
         axis=1,
     )
@@ -270,4 +296,7 @@ def draw_passerby(rng: np.random.Generator, name: str = "") -> Track:
     track = Track.build(
         t, head, head_rotation=look, smile=smile, phases=np.zeros(len(t), dtype=np.int64), name=name
     )
+    if joints:
+        heading = np.full(len(t), course)
+        return with_body(rng.spawn(1)[0], track, head[:, :2], heading, height)
     return track.with_gestures_from_phases()

@@ -15,6 +15,17 @@ import numpy as np
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.person import GESTURES
 
+#: The peak of a min-jerk movement's speed over its mean (Flash & Hogan 1985).
+_PEAK = 1.875
+#: The fastest that heads and trunks bend in everyday life [rad/s]; ours, about half of what
+#: people can do.
+_FASTEST = {
+    "dip": math.radians(400),
+    "nod": math.radians(400),
+    "toss": math.radians(300),
+    "bow": math.radians(180),
+}
+
 
 @dataclass(frozen=True)
 class Movement:
@@ -61,10 +72,6 @@ class Movement:
         """When it is over [s]."""
         return self.begin + self.duration
 
-    def at(self, begin: float) -> Movement:
-        """The same movement at another time."""
-        return replace(self, begin=begin)
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -79,7 +86,6 @@ def draw_movement(
     rng: np.random.Generator,
     *,
     begin: float = 0.0,
-    duration: float | None = None,
     handed: str = "r",
     near: bool = False,
 ) -> Movement:
@@ -89,7 +95,6 @@ def draw_movement(
         kind: one of `MOVEMENTS`.
         rng: chance.
         begin: when it begins [s].
-        duration: how long it is to last [s]; as drawn unless given. Strokes and holds fill it.
         handed: the hand the person prefers.
         near: whether it is shown at close range, where a salutation is a close one.
 
@@ -102,21 +107,28 @@ def draw_movement(
     gesture = MOVEMENTS[kind].gesture
     if near and gesture == "dsal":
         gesture = "csal"
-    drawn = replace(drawn, begin=begin, gesture=gesture)
-    return drawn if duration is None else lasting(drawn, duration)
+    return replace(drawn, begin=begin, gesture=gesture)
 
 
-def lasting(movement: Movement, duration: float) -> Movement:
-    """The same movement in another time: fewer or more strokes, and a quicker one if it must."""
+def lasting(movement: Movement, seconds: float) -> Movement:
+    """The same movement in another time: with fewer or more strokes, held shorter or longer.
+
+    Arms keep the time they need to rise and fall, so theirs may last longer than asked; heads and
+    trunks hurry, and bend less deep where they would otherwise move too fast.
+    """
     m = movement
-    quicker = min(1.0, 0.8 * duration / (m.rise + m.fall))
-    rise, fall = m.rise * quicker, m.fall * quicker
-    wait = min(m.wait, max(0.0, (duration - rise - fall) / 2))
-    # A path cut in time is cut in length: nobody moves faster for being short of time.
-    return replace(
-        m, duration=duration, rise=rise, fall=fall, wait=wait,
-        size=m.size * quicker, height=m.height * quicker if m.gesture == "dsal" else m.height,
-    )  # fmt: skip
+    if m.hands:
+        least = m.rise + m.fall + (1 / m.rate if m.rate else 0.1)
+        duration = max(seconds, least)
+        # The strokes come first; the waiting is what time is left.
+        spare = duration - least
+        return replace(m, duration=duration, wait=min(m.wait, spare / 2))
+    # A head is tossed and a trunk bowed once, however much time there is.
+    duration = min(seconds, m.duration) if m.kind in ("toss", "bow") else seconds
+    hurry = min(1.0, duration / (m.rise + m.fall))
+    rise, fall = m.rise * hurry, m.fall * hurry
+    size = min(m.size, _FASTEST[m.kind] / _PEAK * min(rise, fall))
+    return replace(m, duration=duration, rise=rise, fall=fall, size=size)
 
 
 def _other(hand: str) -> str:
@@ -178,9 +190,7 @@ def _dip(rng: np.random.Generator, handed: str) -> Movement:
     duration = float(rng.uniform(0.3, 0.9))
     rise = duration * float(rng.uniform(0.35, 0.5))
     fall = (duration - rise) * float(rng.uniform(0.7, 1.0))
-    # Not faster than heads turn in everyday life, 350 degrees a second at the peak.
-    fastest = math.radians(350) / 1.875 * min(rise, fall)
-    size = min(math.radians(rng.uniform(25, 60)), max(fastest, math.radians(25)))
+    size = min(math.radians(rng.uniform(25, 60)), _FASTEST["dip"] / _PEAK * min(rise, fall))
     return Movement("dip", 0.0, duration, rise, fall, size=size)
 
 
@@ -189,7 +199,8 @@ def _bow(rng: np.random.Generator, handed: str) -> Movement:
     duration = float(rng.uniform(0.8, 2.0))
     rise = duration * float(rng.uniform(0.3, 0.42))
     fall = duration * float(rng.uniform(0.35, 0.5))
-    size = math.radians(rng.uniform(10, 20 + 20 * duration))
+    size = math.radians(rng.uniform(10, 60))
+    size = min(size, _FASTEST["bow"] / _PEAK * min(rise, fall))
     return Movement("bow", 0.0, duration, rise, fall, size=size)
 
 
@@ -257,12 +268,15 @@ def _of(kind: str, both: float = 0.0, longest: float = 8.0) -> Callable[..., Mov
 
 def _held(
     kind: str, rng: np.random.Generator, hands: str, *, shortest: float = 1.5,
-    longest: float = 8.0, **numbers: float,
+    longest: float = 8.0, size: float = 0.0, rate: float = 0.0, height: float = 0.0,
+    aside: float = 0.0,
 ) -> Movement:  # fmt: skip
     rise, fall = rng.uniform(0.6, 1.1, 2)
-    duration = float(max(rise + fall + 0.2, rng.uniform(shortest, longest)))
-    still = Movement(kind, 0.0, duration, float(rise), float(fall), hands=str(hands))
-    return replace(still, **{name: float(number) for name, number in numbers.items()})
+    duration = max(rise + fall + 0.2, rng.uniform(shortest, longest))
+    return Movement(
+        kind, 0.0, float(duration), float(rise), float(fall), hands=str(hands), size=float(size),
+        rate=float(rate), height=float(height), aside=float(aside),
+    )  # fmt: skip
 
 
 #: Every kind of movement by name; first the salutations, then what is none.
