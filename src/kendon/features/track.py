@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import blend, eye_gaze, head_gaze
-from kendon.features.gestures import GestureDetector, gesture_rows
+from kendon.features.gestures import GestureDetector, Question, feed
 from kendon.features.motion_of_track import Positions, approach_speeds, median
 from kendon.features.proxemics import distance, to_world
 from kendon.features.sampler import (
@@ -51,9 +51,7 @@ def observe(
     name = track.name if name is None else name
     if (np.diff(track.t) > MAX_GAP).any():
         return _observed_frame_by_frame(track, face, period, name)
-    # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
-    ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
-    ends = ends[ends <= track.t[-1:] + TOLERANCE + ROUNDING]
+    ends = _ends(track, period)
     if not len(ends):
         raise ParameterError(
             f"{track.name or 'the track'} lasts {track.duration:.2f} s;"
@@ -66,6 +64,34 @@ def observe(
     values = np.column_stack([medians[:, 0], speeds, medians[:, 1:3], gestures])
     phases = None if track.phases is None else _phases(track.phases, starts, stops)
     return Observations(ends, values, phases, name)
+
+
+def watch(
+    track: Track, detector: GestureDetector, period: float = PERIOD
+) -> Iterator[tuple[Question, float]]:
+    """Let a gesture detector see a whole track up to the end of one interval after another.
+
+    For tracks without a leap of the clock.
+
+    Yields:
+        What it is to be asked then, and the stamp of the interval's middle frame [s]; nothing for
+        intervals without frames.
+    """
+    ends = _ends(track, checked_period(period))
+    starts, stops = _rows_of_intervals(track.t, ends)
+    ways = _taken(distance(track.head)[:, None], starts, stops)[:, 0]
+    middles = track.t[np.minimum((starts + stops) // 2, len(track) - 1)]
+    asked = feed(track, detector, starts, stops, ends, ways)
+    for question, middle in zip(asked, middles.tolist(), strict=True):
+        if question:
+            yield question, middle
+
+
+def _ends(track: Track, period: float) -> FloatArray:
+    """Where a track's intervals end [s]."""
+    # Multiplied, not summed up, as the sampler does it: both see the same floating-point ends.
+    ends = track.t[:1] + np.arange(1, math.floor(track.duration / period) + 2) * period
+    return ends[ends <= track.t[-1:] + TOLERANCE + ROUNDING]
 
 
 def _observed_frame_by_frame(track: Track, face: Vec3, period: float, name: str) -> Observations:
@@ -100,9 +126,13 @@ def _medians(track: Track, starts: IntArray, stops: IntArray, face: Vec3) -> Flo
         eyes = eye_gaze(track.eyes, track.eye_gaze, face)
         rows_of_gaze = zip(eyes.tolist(), look.tolist(), way.tolist(), strict=True)
         look = np.array([blend(*row) for row in rows_of_gaze])
+    return _taken(np.column_stack([way, look, track.smile, track.gestures]), starts, stops)
+
+
+def _taken(values: FloatArray, starts: IntArray, stops: IntArray) -> FloatArray:
+    """Medians of N columns of T frames over K intervals, shape (K, N)."""
     rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
-    values = np.column_stack([way, look, track.smile, track.gestures])
-    taken = values[np.minimum(rows, len(track) - 1)]
+    taken = values[np.minimum(rows, len(values) - 1)]
     taken[rows >= stops[:, None]] = np.nan
     return median(taken)
 
@@ -115,21 +145,13 @@ def _gestures(
     if not (track.joints or np.isfinite(track.head_rotation).any()):
         return given  # nothing to detect them from
     detector = GestureDetector()
-    rows = iter(gesture_rows(track))
-    seen = 0
-    found = []
-    for start, stop, end, values in zip(
-        starts.tolist(), stops.tolist(), ends.tolist(), medians.tolist(), strict=True
-    ):
-        for row in itertools.islice(rows, stop - seen):
-            detector.add(*row)
-        seen = stop
-        if start == stop:
-            found.append((math.nan, math.nan, math.nan))
-        else:
-            since = float(track.t[start])
-            found.append(detector.complete(values[3:], end, since, values[0]))
-    return np.array(found)
+    asked = feed(track, detector, starts, stops, ends, medians[:, 0])
+    return np.array(
+        [
+            detector.complete(values, *question) if question else values
+            for values, question in zip(given.tolist(), asked, strict=True)
+        ]
+    )
 
 
 def _speeds(

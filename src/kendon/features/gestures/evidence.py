@@ -1,11 +1,14 @@
 """How measurements speak for or against a gesture.
 
-Each measurement is weighed as a log likelihood ratio: positive speaks for the gesture, negative
-against it, 0 says nothing. It grows in proportion to how far the measurement lies from the value
-at which it is undecided, as for two normal distributions of equal spread, and it is limited, as
-no single measurement is beyond doubt. Noise in the measurement widens both distributions, so
-that evidence from bad input fades to nothing and the probability to its prior. What is unknown
-says nothing, and neither does it count as known.
+Each measurement is weighed as evidence: positive speaks for the gesture, negative against it, 0
+says nothing. It grows in proportion to how far the measurement lies from the value at which it is
+undecided, as the log likelihood ratio of two normal distributions of equal spread does, and it is
+limited, as no single measurement is beyond doubt. Noise in the measurement widens both
+distributions, so that evidence from bad input fades to nothing and the probability to its prior.
+What is unknown says nothing.
+
+Evidence of one gesture overlaps: a hand that is up is mostly up for a while. A logistic regression
+on simulated bodies tells how much each counts beside the others (`kendon.features.gestures.weights`).
 """
 
 from __future__ import annotations
@@ -16,15 +19,15 @@ from typing import NamedTuple
 
 
 class Weighing(NamedTuple):
-    """How one kind of measurement is weighed."""
+    """How one kind of measurement becomes evidence."""
 
     even: float  # the value that says nothing, in the measurement's unit
-    scale: float  # so far from there the evidence is e : 1; its sign tells which way it speaks
-    least: float  # limits of the log likelihood ratio
+    scale: float  # so far from there the evidence is 1; negative where less speaks for the gesture
+    least: float  # limits of the evidence
     most: float
 
     def evidence(self, value: float, noise: float = 0.0) -> float:
-        """The log likelihood ratio of a measurement; NaN where it is unknown.
+        """The evidence of a measurement; NaN where it is unknown.
 
         Args:
             value: the measurement.
@@ -37,20 +40,22 @@ class Weighing(NamedTuple):
         return self.least if ratio < self.least else ratio  # NaN stays NaN
 
 
-def posterior(prior: float, evidence: Sequence[float]) -> float:
-    """The probability of a gesture, given evidence that is NaN where it is unknown.
+def posterior(evidence: Sequence[float], weights: Sequence[float]) -> float:
+    """The probability of a gesture.
 
     Args:
-        prior: its probability without evidence.
-        evidence: log likelihood ratios.
+        evidence: of each kind of measurement; NaN where it is unknown.
+        weights: the log odds without evidence, then the weight of each kind.
 
     Returns:
         NaN where nothing is known.
     """
-    known = [ratio for ratio in evidence if ratio == ratio]
-    if not known:
-        return math.nan
-    return logistic(math.log(prior / (1.0 - prior)) + sum(known))
+    odds, known = weights[0], False
+    for value, weight in zip(evidence, weights[1:], strict=True):
+        if value == value:  # NaN is unequal to itself
+            odds += weight * value
+            known = True
+    return logistic(odds) if known else math.nan
 
 
 def logistic(odds: float) -> float:

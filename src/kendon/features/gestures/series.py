@@ -1,4 +1,4 @@
-"""The latest values of what is measured frame by frame, and what they come to over a while."""
+"""What values come to over a while: lists, not arrays, as a while is some ten frames long."""
 
 from __future__ import annotations
 
@@ -10,15 +10,12 @@ from collections.abc import Sequence
 KEPT = 3.2
 #: Stamps are rounded to milliseconds or finer in files [s].
 ROUNDED = 1e-3
-#: The lower quartile of the absolute value of a standard normal variable.
-QUARTILE = 0.3186
+#: The median of the absolute value of a standard normal variable, and its lower quartile.
+MEDIAN, QUARTILE = 0.6745, 0.3186
 
 
 class Series:
-    """Known values with their stamps, the oldest first.
-
-    Lists, not arrays: a while is some ten frames long.
-    """
+    """Known values with their stamps over the latest seconds, the oldest first."""
 
     __slots__ = ("t", "values")
 
@@ -48,30 +45,35 @@ class Series:
 
     def between(self, begin: float, end: float) -> list[float]:
         """The values from an instant on and before another [s]."""
-        rounded_begin, rounded_end = begin - ROUNDED, end - ROUNDED
-        return self.values[bisect_left(self.t, rounded_begin) : bisect_left(self.t, rounded_end)]
+        first = bisect_left(self.t, begin - ROUNDED)
+        return self.values[first : bisect_left(self.t, end - ROUNDED, first)]
+
+    def seen(self, since: float) -> bool:
+        """Whether there is a value from an instant on."""
+        return bool(self.t) and self.t[-1] >= since - ROUNDED
+
+    def usual(self, begin: float, end: float, least: float) -> float:
+        """The median between two instants; NaN where less than `least` before the end is known."""
+        if not self.t or end - self.t[0] < least:
+            return math.nan
+        return quantile(self.between(begin, end), 0.5)
 
     def jitter(self, begin: float) -> float:
         """The standard deviation of values around a smooth course, from an instant on.
 
-        Each value is compared with the line between its neighbours (Gasser, Sroka &
+        Each value is compared with the middle of its neighbours (Gasser, Sroka &
         Jennen-Steinmetz 1986); the quartile of those, as a wild value spoils three of them.
 
         Returns:
             NaN with fewer than three values.
         """
-        first = bisect_left(self.t, begin - ROUNDED)
-        t, x = self.t, self.values
-        asides = []
-        for i in range(first + 1, len(x) - 1):
-            share = (t[i] - t[i - 1]) / (t[i + 1] - t[i - 1])
-            rest = 1.0 - share
-            aside = x[i] - rest * x[i - 1] - share * x[i + 1]
-            asides.append(abs(aside) / math.sqrt(1.0 + share * share + rest * rest))
-        if not asides:
+        x = self.since(begin)
+        if len(x) < 3:
             return math.nan
-        asides.sort()
-        return asides[(len(asides) - 1) // 4] / QUARTILE
+        asides = sorted(
+            [abs(b - 0.5 * (a + c)) for a, b, c in zip(x, x[1:], x[2:], strict=False)]
+        )
+        return asides[(len(asides) - 1) // 4] / (QUARTILE * math.sqrt(1.5))
 
 
 def quantile(values: Sequence[float], share: float) -> float:
@@ -99,3 +101,12 @@ def spread(values: Sequence[float]) -> float:
         return math.nan
     mean = sum(known) / count
     return math.sqrt(sum([(value - mean) ** 2 for value in known]) / count)
+
+
+def change(values: Sequence[float]) -> float:
+    """The noise of something that stays the same, from one value to the next; 0 of too few."""
+    known = [value for value in values if value == value]
+    if len(known) < 4:
+        return 0.0
+    steps = [abs(b - a) for a, b in zip(known, known[1:], strict=False)]
+    return quantile(steps, 0.5) / (MEDIAN * math.sqrt(2.0))
