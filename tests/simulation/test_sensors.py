@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def stander(way: float, frames: int = 3000) -> Track:
     )
 
 
-def see(track: Track, **what: float) -> Track:
+def see(track: Track, **what: Any) -> Track:
     return Sensor(**what).see(track, np.random.default_rng(0))
 
 
@@ -65,6 +66,38 @@ def test_far_faces_have_a_place_but_no_look_and_no_smile() -> None:
     assert np.isfinite(far.head).all()
     assert np.isnan(far.smile).all()
     assert np.isnan(far.head_rotation).all()
+
+
+def test_joints_are_misplaced_with_the_face_and_each_by_itself() -> None:
+    track = stander(4)
+    seen = see(track, range_noise=0.05)
+    shift = seen.head - track.head
+    np.testing.assert_allclose(seen.joints["l_wrist"] - track.joints["l_wrist"], shift, atol=1e-12)
+    seen = see(track, joint_noise=0.03, joint_memory=0.1)
+    np.testing.assert_array_equal(seen.head, track.head)
+    off = (seen.joints["l_wrist"] - track.joints["l_wrist"]).ravel(order="F")
+    assert np.std(off) == pytest.approx(0.03, rel=0.1)
+    assert np.corrcoef(off[1:], off[:-1])[0, 1] == pytest.approx(math.exp(-1 / 3), abs=0.05)
+
+
+def test_arms_are_hidden_for_the_stated_share_and_some_joints_are_never_seen() -> None:
+    track = stander(3, 30000)
+    seen = see(track, arm_loss=0.1)
+    hidden = np.isnan(seen.joints["l_wrist"][:, 0])
+    assert hidden.mean() == pytest.approx(0.1, abs=0.03)
+    assert np.abs(np.diff(hidden.astype(int))).sum() < 0.02 * len(track)  # in stretches
+    assert see(track, joints_seen=()).joints == {}
+    assert list(see(track, joints_seen=("l_wrist", "r_hip")).joints) == ["l_wrist"]
+    with pytest.raises(UnknownNameError, match="l_wrist"):
+        Sensor(joints_seen=("tail",))
+
+
+def test_what_is_seen_of_the_face_does_not_depend_on_joints() -> None:
+    track = stander(3, 60)
+    faces = replace(track, joints={})
+    seen, seen_face = sensor("noisy", 3)(track), sensor("noisy", 3)(faces)
+    np.testing.assert_array_equal(seen.head, seen_face.head)
+    np.testing.assert_array_equal(seen.head_rotation, seen_face.head_rotation)
 
 
 def test_dropped_frames_and_a_loss_leave_nothing_known_but_the_truth() -> None:
@@ -105,12 +138,22 @@ def test_drawn_sensors_are_within_what_is_documented() -> None:
         assert math.radians(3) <= drawn.head_noise <= math.radians(20)
         assert 3 <= drawn.face_range <= 12
         assert drawn.dropped <= 0.15
+        assert 0.005 <= drawn.joint_noise <= 0.05
+        assert drawn.arm_loss <= 0.15
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"range_noise": -0.1}, {"dropped": 1.0}, {"loss": math.nan}, {"head_noise": 9.0}]
+    "wrong",
+    [
+        {"range_noise": -0.1},
+        {"dropped": 1.0},
+        {"loss": math.nan},
+        {"head_noise": 9.0},
+        {"joint_noise": -0.01},
+        {"arm_loss": 1.0},
+    ],
 )
-def test_impossible_sensors_are_refused(wrong: dict[str, float]) -> None:
+def test_impossible_sensors_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match=next(iter(wrong))):
         Sensor(**wrong)
 

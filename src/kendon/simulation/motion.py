@@ -120,8 +120,8 @@ def _walking_pose(
     for side, sign in (("l", 1.0), ("r", -1.0)):
         # Shoulders swing by 16 degrees each way, elbows bend by 25 more in front (Murray 1967).
         swing = -sign * legs * body.swing
-        # A hanging arm stays behind a trunk that leans by less than the trunk does.
-        forward = 0.28 * swing + 0.03 * sign * breath / 0.012
+        # From a trunk that stoops they still hang down.
+        forward = body.stoop + 0.28 * swing + 2.5 * sign * breath
         bend = body.elbow + 0.22 * body.swing * stride + 0.22 * swing
         arms[side] = hang(forward, body.outward, np.maximum(bend, 0.08))
     return Pose(trunk, np.zeros_like(t), arms)

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+
+import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import CONE_ANGLE
-from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, compose, yaw_quaternion
+from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, compose, wrap_angle, yaw_quaternion
 from kendon.person import PersonFrame
 from kendon.phases import Phase
-from kendon.simulation.scripts import Script
+from kendon.simulation.body import FACE_HEIGHT, draw_body
+from kendon.simulation.limbs import min_jerk
+from kendon.simulation.motion import Motion, move
+from kendon.simulation.movements import Movement, draw_movement, lasting
+from kendon.simulation.scripts import Act, Script
 
 #: A person gives up on a robot that they have not come nearer to for so long [s] ...
 PATIENCE = 10.0
 #: ... by so much [m]: half a pace. A robot that backs away more slowly is still reached.
 _NEARER = 0.3
+#: How long legs take to follow a change of speed, and heads to turn [s]; ours.
+_LEGS, _TURNING = 0.2, 0.4
 
 
 class SimulatedPerson:
@@ -25,19 +34,29 @@ class SimulatedPerson:
     beforehand but read anew at each station: the stop distance away from the robot. A person
     who cannot catch up with a robot that runs away gives up after `PATIENCE`.
 
+    The person has a body that moves as each act says. With keys the head stays on the rails of
+    Algorithm 2, pointing where each act's gaze says, and the gestures are given by hand as in the
+    thesis (3.3.5). Without, the head sways, turns and dips as heads do, and the gestures are left
+    to detectors.
+
     Args:
         script: what the person does.
         rate: frames a second.
+        keys: whether the gestures are given by hand.
+        seed: of chance: whose body it is, and how it waves.
 
     Raises:
         ParameterError: the rate is not a positive number.
     """
 
-    def __init__(self, script: Script, rate: float = 30.0) -> None:
+    def __init__(
+        self, script: Script, rate: float = 30.0, *, keys: bool = True, seed: int = 0
+    ) -> None:
         if not 0 < rate < math.inf:
             raise ParameterError(f"frames a second must be positive, not {rate}")
         self.script = script
         self.rate = rate
+        self.keys = keys
         self.t = 0.0
         self.position = (
             script.start * math.cos(script.bearing),
@@ -46,9 +65,15 @@ class SimulatedPerson:
         self.finished = False  # the script is over, or the person has given up
         self._frames = 0
         self._act = 0
-        self._act_began = 0.0
+        self._begun = [0.0]  # [s], when each act began
         self._nearest = math.inf  # [m], to which the act has brought the person
         self._came_nearer = 0.0  # [s], when
+        self._rng = np.random.default_rng(seed)
+        self._body = draw_body(self._rng, stature=script.height / FACE_HEIGHT)
+        self._legs_speed = 0.0  # [m/s], of walking, as smooth as legs are
+        self._steps = 0.0  # walked so far
+        self._movements: list[Movement] = []
+        self._begin_movement()
 
     @property
     def phase(self) -> Phase:
@@ -63,15 +88,27 @@ class SimulatedPerson:
             face: the robot's face in its base frame [m].
         """
         act = self.script.acts[self._act]
-        head = (*self.position, self.script.height)
+        rails = (*self.position, self.script.height)
+        if self.keys:
+            look = self._look(act, rails, robot, face)
+        else:
+            look = self._turning_look(self._act, rails, robot, face)
+        motion = self._moving(look, robot)
+        places = np.array(list(motion.joints.values()))[:, 0]
+        head, rotation = motion.head[0], motion.head_rotation[0].tolist()
+        if self.keys:
+            # The body hangs under a head that runs on rails.
+            places += rails - head
+            head, rotation = np.array(rails), _turned(*look)
         in_world = PersonFrame(
             self.t,
-            head,
-            self._head_rotation(head, robot, face),
+            tuple(head.tolist()),
+            tuple(rotation),
+            joints=dict(zip(motion.joints, map(tuple, places.tolist()), strict=True)),
             smile=act.smile,
-            dsal=float(act.phase is Phase.DS),
-            csal=float(act.phase is Phase.CS),
-            hdip=float(act.phase is Phase.HD),
+            dsal=float(act.phase is Phase.DS) if self.keys else math.nan,
+            csal=float(act.phase is Phase.CS) if self.keys else math.nan,
+            hdip=float(act.phase is Phase.HD) if self.keys else math.nan,
         )
         return in_world.seen_from(robot)
 
@@ -80,11 +117,13 @@ class SimulatedPerson:
         act = self.script.acts[self._act]
         self._frames += 1
         self.t = self._frames / self.rate
+        before = self.position
         if act.walking:
             self._walk(robot)
+        self._swing(math.dist(before, self.position) * self.rate)
         distance = self._distance(robot)
         arrived = distance <= self.script.stop_distance + 1e-6
-        over = self.t - self._act_began >= act.seconds - 1e-9  # False for acts without a time
+        over = self.t - self._begun[-1] >= act.seconds - 1e-9  # False for acts without a time
         there = distance <= act.until_distance + 1e-6 or arrived
         if over or (math.isfinite(act.until_distance) and there):
             self._begin(self._act + 1)
@@ -95,8 +134,43 @@ class SimulatedPerson:
         if act == len(self.script.acts):
             self.finished = True
         else:
-            self._act, self._act_began = act, self.t
+            self._act = act
+            self._begun.append(self.t)
             self._nearest, self._came_nearer = math.inf, self.t
+            self._begin_movement()
+
+    def _begin_movement(self) -> None:
+        """Begin the act's movement; one that is not over goes on beside it."""
+        act = self.script.acts[self._act]
+        self._movements = [m for m in self._movements if m.end > self.t]
+        if act.plays:
+            near = act.phase is Phase.CS
+            drawn = draw_movement(act.plays, self._rng, handed=self._body.handed, near=near)
+            if math.isfinite(act.seconds):
+                drawn = lasting(drawn, act.seconds)
+            self._movements.append(replace(drawn, begin=self.t))
+
+    def _swing(self, speed: float) -> None:
+        """Let the legs follow the person's speed."""
+        self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
+        self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
+
+    def _moving(self, look: tuple[float, float], robot: Pose2D) -> Motion:
+        """The body now, in the world; it faces the robot."""
+        x, y = self.position
+        heading = math.atan2(robot.y - y, robot.x - x)
+        ahead = self._body.face[0]
+        ground = x - ahead * math.cos(heading), y - ahead * math.sin(heading)
+        return move(
+            self._body,
+            np.array([self.t]),
+            np.array([ground]),
+            np.array([heading]),
+            np.array([_turned(*look)]),
+            np.array([self._legs_speed]),
+            np.array([self._steps]),
+            self._movements,
+        )
 
     def _lose_patience(self, distance: float) -> None:
         if distance <= self._nearest - _NEARER:
@@ -116,13 +190,30 @@ class SimulatedPerson:
     def _distance(self, robot: Pose2D) -> float:
         return math.hypot(self.position[0] - robot.x, self.position[1] - robot.y)
 
-    def _head_rotation(self, head: Vec3, robot: Pose2D, face: Vec3) -> Quaternion:
-        """Turned so that the gaze ray meets the robot's frontal plane where the act's gaze is.
+    def _turning_look(self, act: int, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
+        """From the last act's look to this one's in the time heads take to turn."""
+        there = self._look(self._looking(act), head, robot, face)
+        since = (self.t - self._begun[act]) / _TURNING
+        if act == 0 or since >= 1:
+            return there
+        here = self._turning_look(act - 1, head, robot, face)
+        share = float(min_jerk(np.array(since)))
+        yaw = here[0] + share * wrap_angle(there[0] - here[0])
+        return yaw, here[1] + share * (there[1] - here[1])
+
+    def _looking(self, act: int) -> Act:
+        """The act whose look the head has; one that dips its head leaves the look to the last."""
+        while act > 0 and self.script.acts[act].plays == "dip":
+            act -= 1
+        return self.script.acts[act]
+
+    @staticmethod
+    def _look(act: Act, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
+        """Yaw and pitch so that the gaze ray meets the robot's frontal plane where it should.
 
         A point s beside the face (or below it) has the gaze feature g if s = k |point - head|
         with k = g tan 30 degrees (3.7-3.8), a quadratic equation in s.
         """
-        act = self.script.acts[self._act]
         # At k = 1 the ray runs along the plane and never meets it.
         k = min(act.gaze * math.tan(CONE_ANGLE / 2), 0.999)
         to_face = [there - here for there, here in zip(face, robot.to_local(head), strict=True)]
@@ -132,6 +223,8 @@ class SimulatedPerson:
         beside = k * (b + math.sqrt(b * b + (1 - k * k) * way * way)) / (1 - k * k)
         to_face[axis] += side * beside
         dx, dy, dz = to_face
-        yaw = math.atan2(dy, dx) + robot.yaw
-        pitch = math.atan2(-dz, math.hypot(dx, dy))
-        return compose(yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
+        return math.atan2(dy, dx) + robot.yaw, math.atan2(-dz, math.hypot(dx, dy))
+
+
+def _turned(yaw: float, pitch: float) -> Quaternion:
+    return compose(yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))

@@ -19,6 +19,8 @@ from kendon.simulation.movements import Movement
 
 #: How much of its length a hand held out for a handshake takes of an arm.
 _HELD_OUT = 0.87
+#: How far below the shoulder it is held at most, likewise: tall people reach down no farther.
+_LOWEST = 0.75
 
 
 @dataclass
@@ -110,9 +112,10 @@ def _raised(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatA
 def _handshake(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
     """Held out over the floor, however the trunk leans."""
     lean = body.stoop + m.lean
-    up = m.height - body.hip_height  # from the hips
     across = m.aside * body.half_shoulders
-    drop = up - body.torso * math.cos(lean)
+    shoulder = body.torso * math.cos(lean)  # above the hips, as all that follows
+    up = max(m.height - body.hip_height, shoulder - _LOWEST * body.reach)
+    drop = up - shoulder
     ahead = math.sqrt(max((_HELD_OUT * body.reach) ** 2 - drop**2 - across**2, 0.01))
     ahead += body.torso * math.sin(lean)
     height = up + m.size / 2 * _beats(m, since, m.rise + m.wait)

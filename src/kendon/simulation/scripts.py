@@ -11,9 +11,14 @@ from dataclasses import dataclass, replace
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.phases import Phase
+from kendon.simulation.movements import MOVEMENTS
 
 #: A medium-to-slow walk (thesis 3.4) [m/s].
 WALKING_SPEED = 1.2
+
+
+#: What people do unless told otherwise.
+_USUAL = {Phase.DS: "wave", Phase.HD: "dip", Phase.CS: "handshake"}
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,7 @@ class Act:
     Raises:
         ParameterError: neither or both of `seconds` and `until_distance` are given, or a value
             is out of range.
+        UnknownNameError: there is no such movement.
     """
 
     phase: Phase
@@ -32,8 +38,11 @@ class Act:
     gaze: float = 1.0  # [1], the gaze feature the head's direction makes (3.8)
     smile: float = 1.0  # [0-5]
     looks_down: bool = False  # away from the robot's face downward instead of to the side
+    movement: str | None = None  # what the body does; None = the phase's usual, "" = nothing
 
     def __post_init__(self) -> None:
+        if self.movement and self.movement not in MOVEMENTS:
+            raise UnknownNameError("movement", self.movement, MOVEMENTS)
         by_time, by_place = math.isfinite(self.seconds), math.isfinite(self.until_distance)
         if by_time == by_place:
             raise ParameterError("an act ends after a time or at a distance: give one of the two")
@@ -46,6 +55,11 @@ class Act:
                 f"an act's gaze lies between 0 and 1.73, its smile between 0 and 5;"
                 f" not {self.gaze}, {self.smile}"
             )
+
+    @property
+    def plays(self) -> str:
+        """The movement the body makes, "" for none."""
+        return _USUAL.get(self.phase, "") if self.movement is None else self.movement
 
 
 @dataclass(frozen=True)

@@ -15,15 +15,21 @@ _PREFIX = "simulated"
 
 @register
 class SimulatedSource(Source):
-    """A person who plays a script, in closed loop with the robot it is attached to."""
+    """A person who plays a script, in closed loop with the robot it is attached to.
+
+    Args:
+        script: what the person does.
+        keys: whether the gestures are given by hand, or left to detectors.
+    """
 
     name = _PREFIX
     reads = f"nothing: a built-in person; {', '.join(SCRIPTS)}"
     example = "simulated:late-wave"
     reacts = True
 
-    def __init__(self, script: Script) -> None:
+    def __init__(self, script: Script, *, keys: bool = True) -> None:
         self.script = script
+        self.keys = keys
         self._robot: Robot | None = None
 
     @classmethod
@@ -47,7 +53,7 @@ class SimulatedSource(Source):
 
     def frames(self) -> Iterator[PersonFrame]:
         """The person until the script is over."""
-        person = SimulatedPerson(self.script)
+        person = SimulatedPerson(self.script, keys=self.keys)
         while not person.finished:
             if self._robot is None:
                 yield person.frame()
