@@ -17,6 +17,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+#: The two distributions lie so many scales apart, by which their own variance is that many scales
+#: squared (the log likelihood ratio grows with their distance over their variance).
+APART = 6.0
+
 
 class Weighing(NamedTuple):
     """How one kind of measurement becomes evidence."""
@@ -34,7 +38,7 @@ class Weighing(NamedTuple):
             noise: its standard deviation, in the same unit.
         """
         share = noise / self.scale
-        ratio = (value - self.even) / self.scale / (1.0 + share * share)
+        ratio = (value - self.even) / self.scale / (1.0 + share * share / APART)
         if ratio > self.most:
             return self.most
         return self.least if ratio < self.least else ratio  # NaN stays NaN

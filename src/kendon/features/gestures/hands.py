@@ -55,7 +55,6 @@ class WaveEvidence(NamedTuple):
     """What speaks for a wave with one hand."""
 
     height: float
-    held: float
     lasting: float
     upright: float
     sway: float
@@ -68,7 +67,6 @@ class HandshakeEvidence(NamedTuple):
 
     reach: float
     held: float
-    forearm: float
     halfway: float
     shake: float
     near: float
@@ -76,7 +74,6 @@ class HandshakeEvidence(NamedTuple):
 
 # Waves.
 HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.0)  # of the wrist over the shoulder [arms]
-HELD = Weighing(-0.40, 0.12, -3.0, 2.0)  # the same, where it is held
 LASTING = Weighing(-0.45, 0.12, -2.0, 2.0)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
 SWAY = Weighing(0.08, 0.04, -1.0, 3.0)  # to and fro of a hand that is up, standard dev. [arms]
@@ -86,7 +83,6 @@ APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the
 # Handshakes.
 REACH = Weighing(0.50, 0.10, -3.0, 2.0)  # toward the robot [arms]
 HELD_REACH = Weighing(0.40, 0.10, -3.0, 2.0)  # the same, where it is held
-LEVEL = Weighing(-0.30, 0.18, -2.5, 1.5)  # forearm, as above; a hanging arm swings at -0.7
 HALFWAY = Weighing(0.35, 0.10, -2.0, 1.5)  # share of the way to the robot the hand is out
 SHAKE = Weighing(0.05, 0.04, -0.3, 1.5)  # up and down of a hand that is out, std. dev. [arms]
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
@@ -172,7 +168,6 @@ class Arm:
         apart = quantile([row[_APART] for row in lasting], 1.0 - LET_GO) / arm
         wave = WaveEvidence(
             HEIGHT.evidence(height, noise_now),
-            held_share * HELD.evidence(_kept([row[_UP] for row in held]) / arm, noise_now),
             lasting_share * LASTING.evidence(_kept([row[_UP] for row in lasting]) / arm, noise_now),
             UPRIGHT.evidence(forearm, 2.0 * noise_now),
             SWAY.evidence(spread(swaying) / arm, noise),
@@ -184,7 +179,6 @@ class Arm:
         handshake = HandshakeEvidence(
             REACH.evidence(reach / arm, noise_now),
             held_share * HELD_REACH.evidence(_kept([row[_TOWARD] for row in held]) / arm, noise_now),
-            LEVEL.evidence(forearm, 2.0 * noise_now),
             HALFWAY.evidence(reach / distance, noise_now),
             SHAKE.evidence(spread(shaking) / arm, noise),
             NEAR.evidence(distance),

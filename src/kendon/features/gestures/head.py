@@ -54,7 +54,7 @@ class NodEvidence(NamedTuple):
     down: float
 
 
-DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
+DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 8.0)  # from the usual [rad]
 FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the horizontal [rad]
 ASIDE = Weighing(math.radians(15), math.radians(-6.0), -3.0, 1.0)  # from the usual yaw [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
