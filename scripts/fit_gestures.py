@@ -126,6 +126,7 @@ def fit(
 
 
 def main() -> None:
+    """Draw, fit and print."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

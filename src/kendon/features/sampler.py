@@ -1,12 +1,12 @@
 """Five observations a second from frames at any rate (thesis 3.3, 3.5.1).
 
 Each observation covers one interval of 0.2 s and is stamped with its end. Distance, gaze, smile
-and gestures given by hand are medians over the interval's frames, so that single bad frames do no harm; the
-speed comes from a robust line through the latest frames (`kendon.features.motion`). Gestures that
-no frame of an interval gives by hand are detected (`kendon.features.gestures`). An interval
-without frames is unknown, never the last value again. The one exception is a source so slow
-(about 5 frames a second) that jitter leaves intervals empty: there the newest frame still counts
-while it is younger than one and a half frame periods.
+and gestures given by hand are medians over the interval's frames, so that single bad frames do no
+harm; the speed comes from a robust line through the latest frames (`kendon.features.motion`).
+Gestures that no frame of an interval gives by hand are detected (`kendon.features.gestures`). An
+interval without frames is unknown, never the last value again. The one exception is a source so
+slow (about 5 frames a second) that jitter leaves intervals empty: there the newest frame still
+counts while it is younger than one and a half frame periods.
 
 A recording that is there as a whole is read by `kendon.features.track`, to the same numbers.
 """

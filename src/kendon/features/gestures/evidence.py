@@ -7,8 +7,9 @@ limited, as no single measurement is beyond doubt. Noise in the measurement wide
 distributions, so that evidence from bad input fades to nothing and the probability to its prior.
 What is unknown says nothing.
 
-Evidence of one gesture overlaps: a hand that is up is mostly up for a while. A logistic regression
-on simulated bodies tells how much each counts beside the others (`kendon.features.gestures.weights`).
+Evidence of one gesture overlaps: a hand that is up is mostly up for a while. A logistic
+regression on simulated bodies tells how much each counts beside the others
+(`kendon.features.gestures.weights`).
 """
 
 from __future__ import annotations

@@ -166,19 +166,27 @@ class Arm:
         forearm = quantile([row[_FOREARM] for row in now], 0.5)
         swaying = [row[_ACROSS] for row in lasting if row[_UP] > RAISED * arm]
         apart = quantile([row[_APART] for row in lasting], 1.0 - LET_GO) / arm
+        lasts = lasting_share * LASTING.evidence(
+            _kept([row[_UP] for row in lasting]) / arm, noise_now
+        )
+        alone = ALONE.evidence(height - other.swung(begin, end, arm), noise_now)
+        if alone < 0.0 < lasts:
+            # A hand that lasts is no arm swing, however high the other one swings.
+            alone *= 1.0 - lasts / LASTING.most
         wave = WaveEvidence(
             HEIGHT.evidence(height, noise_now),
-            lasting_share * LASTING.evidence(_kept([row[_UP] for row in lasting]) / arm, noise_now),
+            lasts,
             UPRIGHT.evidence(forearm, 2.0 * noise_now),
             SWAY.evidence(spread(swaying) / arm, noise),
-            ALONE.evidence(height - other.swung(begin, end, arm), noise_now),
+            alone,
             APART.evidence(apart, noise_now),
         )
         reach = quantile([row[_TOWARD] for row in now], 0.5)
         shaking = [row[_UP] for row in lasting if row[_TOWARD] > OUT * arm]
         handshake = HandshakeEvidence(
             REACH.evidence(reach / arm, noise_now),
-            held_share * HELD_REACH.evidence(_kept([row[_TOWARD] for row in held]) / arm, noise_now),
+            held_share
+            * HELD_REACH.evidence(_kept([row[_TOWARD] for row in held]) / arm, noise_now),
             HALFWAY.evidence(reach / distance, noise_now),
             SHAKE.evidence(spread(shaking) / arm, noise),
             NEAR.evidence(distance),

@@ -36,6 +36,9 @@ DEEPEST_NOD = math.radians(22)
 PRIOR_NOISE = math.radians(5)
 #: Standard error of a median over that of the mean, for normal noise.
 INEFFICIENCY = 1.25
+#: The middle of nine normal values lies so many standard deviations from the least of them, and
+#: what is before and behind it about as many the other way.
+EXTREMES = 2.0
 
 
 class DipEvidence(NamedTuple):
@@ -58,8 +61,8 @@ DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 8.0)  # from the usua
 FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the horizontal [rad]
 ASIDE = Weighing(math.radians(15), math.radians(-6.0), -3.0, 1.0)  # from the usual yaw [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
-TOSS = Weighing(math.radians(8), math.radians(2.0), -2.0, 4.0)  # up and back [rad]
-NOD = Weighing(math.radians(8), math.radians(2.0), -2.0, 4.0)  # down and back [rad]
+TOSS = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # up and back [rad]
+NOD = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # down and back [rad]
 
 
 class Head:
@@ -118,22 +121,28 @@ class Head:
             ASIDE.evidence(abs(yaw - usual_yaw), noise_now),
             BRIEF.evidence(before - usual, unsure),
         )
-        up, down = self._beat(end)
-        return dip, NodEvidence(TOSS.evidence(up, noise), NOD.evidence(down, noise))
+        up, down, unsure = self._beat(end, noise)
+        return dip, NodEvidence(TOSS.evidence(up, unsure), NOD.evidence(down, unsure))
 
-    def _beat(self, end: float) -> tuple[float, float]:
-        """How far the head went up and came back, and down and back, in the last beat [rad]."""
+    def _beat(self, end: float, noise: float) -> tuple[float, float, float]:
+        """How far the head went up and came back, and down and back, in the last beat [rad].
+
+        Behind them what noise there is in them. The extremes of noise are a beat, too: that much
+        is taken off.
+        """
         count = round(BEAT / SMOOTH)
-        smooth = [
-            quantile(self._pitch.between(end - (k + 1) * SMOOTH, end - k * SMOOTH), 0.5)
+        steps = [
+            self._pitch.between(end - (k + 1) * SMOOTH, end - k * SMOOTH)
             for k in range(count, -1, -1)
         ]
-        known = [value for value in smooth if value == value]
+        known = [quantile(step, 0.5) for step in steps if step]
         if len(known) < 4:
-            return math.nan, math.nan
+            return math.nan, math.nan, 0.0
+        unsure = INEFFICIENCY * noise * math.sqrt(len(known) / sum(map(len, steps)))
         up = down = 0.0
         for i in range(1, len(known) - 1):
             before, after = known[:i], known[i + 1 :]
             up = max(up, min(max(before), max(after)) - known[i])
             down = max(down, known[i] - max(min(before), min(after)))
-        return up, down if down < DEEPEST_NOD else 0.0
+        up, down = max(0.0, up - EXTREMES * unsure), max(0.0, down - EXTREMES * unsure)
+        return up, down if down < DEEPEST_NOD else 0.0, unsure

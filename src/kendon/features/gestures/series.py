@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
+from itertools import pairwise
 
 #: So long a value is kept [s]; it is let go of when twice as old.
 KEPT = 3.2
@@ -70,9 +71,7 @@ class Series:
         x = self.since(begin)
         if len(x) < 3:
             return math.nan
-        asides = sorted(
-            [abs(b - 0.5 * (a + c)) for a, b, c in zip(x, x[1:], x[2:], strict=False)]
-        )
+        asides = sorted([abs(b - 0.5 * (a + c)) for a, b, c in zip(x, x[1:], x[2:], strict=False)])
         return asides[(len(asides) - 1) // 4] / (QUARTILE * math.sqrt(1.5))
 
 
@@ -108,5 +107,5 @@ def change(values: Sequence[float]) -> float:
     known = [value for value in values if value == value]
     if len(known) < 4:
         return 0.0
-    steps = [abs(b - a) for a, b in zip(known, known[1:], strict=False)]
+    steps = [abs(b - a) for a, b in pairwise(known)]
     return quantile(steps, 0.5) / (MEDIAN * math.sqrt(2.0))
