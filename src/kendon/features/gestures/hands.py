@@ -88,9 +88,9 @@ SHAKE = Weighing(0.05, 0.04, -0.3, 1.5)  # up and down of a hand that is out, st
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 
 #: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
-#: forearm's elevation, length of lower and upper arm [m], wrist from the face [m].
-_Row = tuple[float, float, float, float, float, float, float]
-_UP, _TOWARD, _ACROSS, _FOREARM, _LOWER, _UPPER, _APART = range(7)
+#: forearm's elevation, length of both bones together [m], wrist from the face [m].
+_Row = tuple[float, float, float, float, float, float]
+_UP, _TOWARD, _ACROSS, _FOREARM, _LENGTH, _APART = range(6)
 
 
 class Arm:
@@ -131,15 +131,14 @@ class Arm:
                 -(dx * sx + dy * sy) / way,
                 (dx * sy - dy * sx) / way,
                 az / lower,
-                lower,
-                math.sqrt(bx * bx + by * by + bz * bz),
+                lower + math.sqrt(bx * bx + by * by + bz * bz),
                 math.sqrt(beside * beside + above * above),
             )
         )
 
     def length(self, begin: float) -> float:
         """Of upper and lower arm together, from an instant on [m]; NaN when unknown."""
-        whole = quantile([row[_LOWER] + row[_UPPER] for row in self._since(begin)], 0.5)
+        whole = quantile([row[_LENGTH] for row in self._since(begin)], 0.5)
         return whole if SHORTEST <= whole <= LONGEST else math.nan
 
     def evidence(
@@ -156,7 +155,7 @@ class Arm:
         """
         begin = min(end - NOW, since)
         now, held, lasting = self._since(begin), self._since(end - HOLD), self._since(end - LAST)
-        noise = _noise(lasting) / arm
+        noise = change([row[_LENGTH] for row in lasting]) / arm
         noise_now = noise / math.sqrt(len(now))
         # A while that has only begun tells as much less.
         age = end - self._t[0]
@@ -216,11 +215,6 @@ class Arm:
 def _kept(values: list[float]) -> float:
     """What nearly all of the values reach; NaN of too few to tell."""
     return quantile(values, LET_GO) if len(values) > 2 else math.nan
-
-
-def _noise(rows: list[_Row]) -> float:
-    """The standard deviation of a joint's place, as the bones tell it [m]; 0 when unknown."""
-    return max(change([row[_LOWER] for row in rows]), change([row[_UPPER] for row in rows]))
 
 
 def shoulder_of(own: Vec3, other: Vec3, head: Vec3) -> Vec3:

@@ -81,15 +81,14 @@ def quantile(values: Sequence[float], share: float) -> float:
     >>> quantile([3.0, 1.0, 2.0, 5.0, 4.0], 0.25)
     2.0
     """
-    ordered = sorted([value for value in values if value == value])
+    ordered = [value for value in values if value == value]
     if not ordered:
         return math.nan
+    ordered.sort()
     place = share * (len(ordered) - 1)
     low = int(place)
-    if low == place:
-        return ordered[low]
     rest = place - low
-    return (1.0 - rest) * ordered[low] + rest * ordered[low + 1]
+    return (1.0 - rest) * ordered[low] + rest * ordered[low + 1] if rest else ordered[low]
 
 
 def spread(values: Sequence[float]) -> float:
@@ -103,9 +102,7 @@ def spread(values: Sequence[float]) -> float:
 
 
 def change(values: Sequence[float]) -> float:
-    """The noise of something that stays the same, from one value to the next; 0 of too few."""
-    known = [value for value in values if value == value]
-    if len(known) < 4:
-        return 0.0
-    steps = [abs(b - a) for a, b in pairwise(known)]
-    return quantile(steps, 0.5) / (MEDIAN * math.sqrt(2.0))
+    """The noise of something that stays the same, from one value to the next; 0 when unknown."""
+    steps = [abs(b - a) for a, b in pairwise(values)]
+    step = quantile(steps, 0.5)
+    return step / (MEDIAN * math.sqrt(2.0)) if step == step else 0.0
