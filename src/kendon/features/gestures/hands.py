@@ -157,9 +157,8 @@ class Arm:
         now, held, lasting = self._since(begin), self._since(end - HOLD), self._since(end - LAST)
         noise = change([row[_LENGTH] for row in lasting]) / arm
         noise_now = noise / math.sqrt(len(now))
-        # A while that has only begun tells as much less.
-        age = end - self._t[0]
-        held_share, lasting_share = min(1.0, age / HOLD), min(1.0, age / LAST)
+        # A while of which only the end was seen tells as much less.
+        held_share, lasting_share = self._covered(end, HOLD), self._covered(end, LAST)
 
         height = quantile([row[_UP] for row in now], 0.5) / arm
         forearm = quantile([row[_FOREARM] for row in now], 0.5)
@@ -168,7 +167,13 @@ class Arm:
         lasts = lasting_share * LASTING.evidence(
             _kept([row[_UP] for row in lasting]) / arm, noise_now
         )
-        alone = ALONE.evidence(height - other.swung(begin, end, arm), noise_now)
+        sway = SWAY.evidence(spread(swaying) / arm, noise)
+        if lasts < 0.0 < sway:
+            # A hand that comes and goes is an arm swing, however far it goes aside.
+            sway *= 1.0 - lasts / LASTING.least
+        alone = other.covered(end) * ALONE.evidence(
+            height - other.swung(begin, end, arm), noise_now
+        )
         if alone < 0.0 < lasts:
             # A hand that lasts is no arm swing, however high the other one swings.
             alone *= 1.0 - lasts / LASTING.most
@@ -176,7 +181,7 @@ class Arm:
             HEIGHT.evidence(height, noise_now),
             lasts,
             UPRIGHT.evidence(forearm, 2.0 * noise_now),
-            SWAY.evidence(spread(swaying) / arm, noise),
+            sway,
             alone,
             APART.evidence(apart, noise_now),
         )
@@ -207,6 +212,16 @@ class Arm:
         highest = quantile([row[_UP] for row in self._since(end - STRIDE)], 0.9) / arm
         now = quantile([row[_UP] for row in self._since(begin)], 0.5) / arm
         return math.nan if now > max(highest - TOGETHER, RAISED) else highest
+
+    def covered(self, end: float) -> float:
+        """Which share of the last stride the hand was seen in, from its first frame there on."""
+        return self._covered(end, STRIDE)
+
+    def _covered(self, end: float, span: float) -> float:
+        first = bisect_left(self._t, end - span - ROUNDED)
+        if first == len(self._t):
+            return 0.0
+        return min(1.0, (end - self._t[first]) / span)
 
     def _since(self, begin: float) -> list[_Row]:
         return self._rows[bisect_left(self._t, begin - ROUNDED) :]
