@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from kendon.errors import ParameterError
 from kendon.features import observe
+from kendon.person import JOINTS
 from kendon.phases import Phase
 from kendon.simulation.greeters import draw_greeter, draw_passerby, perform
 from kendon.simulation.sets import Seeing, simulate
@@ -55,6 +56,34 @@ def test_keys_are_pressed_by_the_true_phases(seed: int) -> None:
     track = perform(draw_greeter(rng), rng)
     for column, phase in enumerate((Phase.DS, Phase.CS, Phase.HD)):
         np.testing.assert_array_equal(track.gestures[:, column], track.phases == phase)
+
+
+@given(seeds)
+def test_joints_change_nothing_else_that_is_drawn(seed: int) -> None:
+    rng, other = np.random.default_rng(seed), np.random.default_rng(seed)
+    greeter = draw_greeter(rng)
+    plain, track = perform(greeter, rng), perform(draw_greeter(other), other, joints=True)
+    np.testing.assert_array_equal(track.t, plain.t)
+    np.testing.assert_array_equal(track.phases, plain.phases)
+    np.testing.assert_array_equal(track.smile, plain.smile)
+    assert rng.random() == other.random()
+    assert np.isnan(track.gestures).all()
+    # The head is where it was, but for steps, sways, bows and dips.
+    assert np.linalg.norm(track.head - plain.head, axis=1).max() < 0.8
+    assert np.quantile(track.head[:, 2], 0.9) == pytest.approx(greeter.height, abs=0.08)
+    for points in (track.head, *track.joints.values()):
+        speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / np.diff(track.t)
+        assert speeds.max() < 7.5
+
+
+@given(seeds)
+def test_who_walks_past_with_a_body_swings_it(seed: int) -> None:
+    track = draw_passerby(np.random.default_rng(seed), joints=True)
+    plain = draw_passerby(np.random.default_rng(seed))
+    assert set(track.joints) == set(JOINTS)
+    assert np.isnan(track.gestures).all()
+    assert np.linalg.norm(track.head - plain.head, axis=1).max() < 0.25
+    np.testing.assert_array_equal(track.smile, plain.smile)
 
 
 def test_people_differ_as_kendon_says() -> None:

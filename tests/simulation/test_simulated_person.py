@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.features import head_gaze, observe
 from kendon.geometry import ORIGIN, Pose2D, Vec3
-from kendon.person import PersonFrame, Track
+from kendon.person import JOINTS, PersonFrame, Track
 from kendon.phases import Phase
 from kendon.robots import PointRobot
 from kendon.simulation import SCRIPTS, Act, Script, SimulatedPerson, script
@@ -193,6 +193,91 @@ def test_every_script_ends_whatever_a_robot_of_ordinary_speed_does(
 
     stations = play(SCRIPTS[name], robot)
     assert stations[-1].phase is Phase.CS
+
+
+# ---- the body
+
+
+def moving(name: str, **parts: Any) -> tuple[Track, list[Phase]]:
+    """A person without keys who plays a script to its end."""
+    person = SimulatedPerson(replace(script(name), **parts), keys=False, seed=3)
+    frames, phases = [], []
+    while not person.finished:
+        frames.append(person.frame())
+        phases.append(person.phase)
+        person.step()
+    return Track.from_frames(frames), phases
+
+
+@pytest.mark.parametrize("name", ORDER)
+def test_without_keys_the_body_shows_what_the_keys_said(name: str) -> None:
+    track, phases = moving(name, bearing=0.0)
+    now = np.array(phases)
+    assert np.isnan(track.gestures).all()
+    hands = np.max([track.joints["l_wrist"][:, 2], track.joints["r_wrist"][:, 2]], axis=0)
+    if Phase.DS in now:
+        assert hands[now == Phase.DS].max() > track.joints["l_shoulder"][:, 2].max()
+    assert hands[(now == Phase.APP) & (track.t < 1.8)].max(initial=0) < 1.1
+    # The hand that is held out is nearer to the robot than anything else of the person.
+    held = np.flatnonzero(now == Phase.CS)[45:75]
+    nearest = np.hypot(*track.joints["r_wrist"][held, :2].T)
+    assert (nearest < np.hypot(*track.head[held, :2].T) - 0.1).all()
+    assert track.joints["r_wrist"][held, 2] == pytest.approx(1.05, abs=0.15)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    name=st.sampled_from(list(ORDER)),
+    movement=st.sampled_from([None, "", "bow", "nod", "hug", "raise", "talk"]),
+)
+def test_no_joint_jumps_whatever_the_acts_are(seed: int, name: str, movement: str | None) -> None:
+    acts = tuple(replace(act, movement=movement) for act in SCRIPTS[name].acts)
+    person = SimulatedPerson(replace(SCRIPTS[name], acts=acts), keys=False, seed=seed)
+    frames = []
+    while not person.finished:
+        frames.append(person.frame())
+        person.step()
+    track = Track.from_frames(frames)
+    for points in (track.head, *track.joints.values()):
+        assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() * 30 < 7.5
+    turns = np.abs((track.head_rotation[1:] * track.head_rotation[:-1]).sum(axis=1))
+    assert 2 * np.arccos(np.clip(turns, -1, 1)).max() * 30 < math.radians(600)
+
+
+def test_a_head_that_dips_goes_down_and_comes_up_again() -> None:
+    track, phases = moving("normal")
+    now = np.array(phases)
+    x, y, z, w = track.head_rotation.T
+    down = np.arcsin(2 * (w * y - x * z))
+    dip = np.flatnonzero(now == Phase.HD)
+    assert down[dip].max() > down[dip[0]] + math.radians(20)
+    assert down[dip[-1]] < down[dip].max() - math.radians(15)
+
+
+def test_with_keys_the_body_hangs_under_a_head_on_rails() -> None:
+    for station in play(SCRIPTS["normal"]):
+        frame = station.frame
+        assert frame.head == pytest.approx((*station.position, 1.6))
+        assert list(frame.joints) == list(JOINTS)
+        middle = np.mean([frame.joints["l_shoulder"], frame.joints["r_shoulder"]], axis=0)
+        assert 0.05 < math.dist(middle, frame.head) < 0.3
+
+
+def test_joints_are_seen_from_the_robot_as_the_head_is() -> None:
+    robot = Pose2D(2.0, 1.0, 0.7)
+    person = SimulatedPerson(SCRIPTS["plain"])
+    for _ in range(60):
+        person.step(robot)
+    here, there = person.frame(robot), person.frame(robot).seen_from(ORIGIN)
+    for name, place in here.joints.items():
+        assert robot.to_world(place) == pytest.approx(there.joints[name])
+        assert math.dist(place, here.head) < 1.2
+
+
+def test_an_unknown_movement_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match=r"no movement 'curtsy'.*handshake"):
+        Act(Phase.CS, seconds=1, movement="curtsy")
 
 
 # ---- a robot that runs away

@@ -21,8 +21,6 @@ from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement
 
 #: What cameras and motion capture deliver [frames a second].
 RATES = (10.0, 60.0)
-#: Nearer than this a salutation is a close one [m]: Hall's (1966) personal distance ends at 1.2 m.
-NEAR = 1.6
 _ROBOT_FACE = (0.0, 0.0, 1.2)
 #: Heads turn by so much from the body's heading before the body turns, too [rad].
 _MOST_TURNED = math.radians(75)
@@ -88,9 +86,15 @@ def perform_movement(
         begin = drawn[-1].end
     t = np.arange(0.0, begin + rng.uniform(0.5, 3.0), 1 / rate)
     t = t + rng.uniform(0, 0.2 / rate, len(t))  # stamps jitter
-    speed, way, course, heading = _way(rng, t, drawn[-1].begin if drawn else begin, near, closes)
-    place = np.stack([np.cos(course[0]), np.sin(course[0])])
-    ground = way[:, None] * place + course[1][:, None] * np.array([-place[1], place[0]])
+    salutes_at = drawn[-1].begin if drawn else begin
+    speed, way, aside, heading = _way(rng, t, salutes_at, near, closes)
+    # As if the person came along x; turned to where they do come from.
+    bearing = float(rng.uniform(-0.7, 0.7))
+    c, s = math.cos(bearing), math.sin(bearing)
+    ground, heading = (
+        np.stack([c * way - s * aside, s * way + c * aside], axis=1),
+        heading + bearing,
+    )
     salutes = [m for m in drawn if m.gesture and m.gesture != "hdip"]
     look = _look(rng, t, ground, heading, body, salutes)
     motion = move(body, t, ground, heading, look, speed, count_steps(body, t, speed), drawn)
@@ -106,38 +110,35 @@ def perform_movement(
 
 def _way(
     rng: np.random.Generator, t: FloatArray, salutes: float, near: bool, closes: bool
-) -> tuple[FloatArray, FloatArray, tuple[float, FloatArray], FloatArray]:
-    """Speed, distance from the robot, (bearing, way aside) and heading of the body over time."""
-    bearing = float(rng.uniform(-0.7, 0.7))
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Speed, x and y before a robot that looks along x, and heading of the body over time."""
     stop = float(rng.uniform(0.7, 1.4)) if near else float(rng.uniform(1.8, 6.0))
     walks = rng.random() < (0.5 if near else 0.65)
-    toward = bearing + math.pi
-    heading = np.full(len(t), toward)
+    heading, straight = np.full(len(t), math.pi), np.zeros(len(t))
     cruise = float(rng.uniform(0.6, 1.6))
     setting_off = float(rng.uniform(0.4, 0.9))
     if not walks:
         # Who stands may be turned away, and may turn.
         turned = float(rng.normal(0, 0.15 if closes else 0.5))
-        if rng.random() < 0.3:
+        if rng.random() < 0.3 and not closes:
             begin, seconds = rng.uniform(0, t[-1]), rng.uniform(0.7, 1.5)
             heading += (1 - min_jerk((t - begin) / seconds)) * rng.uniform(-1.2, 1.2)
-        return 0 * t, np.full(len(t), stop), (bearing, 0 * t), heading + turned
+        return straight, straight + stop, straight, heading + turned
     if near:
         # Walk up, stop, salute.
         ends = salutes + rng.uniform(-0.3, 0.1)
         speed = cruise * min_jerk((ends - t) / setting_off)
         way = _integral(t, speed)
-        return speed, stop + way[-1] - way, (bearing, 0 * t), heading
+        return speed, stop + way[-1] - way, straight, heading
     begins = float(rng.choice([-1.0, rng.uniform(0, t[-1])]))
     speed = cruise * min_jerk((t - begins) / setting_off)
     way = _integral(t, speed)
     if rng.random() < 0.3:
         # Past the robot, not to it.
         side = float(rng.choice([-1.0, 1.0]))
-        return speed, np.full(len(t), stop), (bearing, side * (way - way[-1] / 2)), (
-            heading + side * (-math.pi / 2)
-        )  # fmt: skip
-    return speed, stop + way[-1] - way, (bearing, 0 * t), heading
+        along = side * (way - way[-1] / 2)
+        return speed, straight + stop, along, heading - side * math.pi / 2
+    return speed, stop + way[-1] - way, straight, heading
 
 
 def _integral(t: FloatArray, speed: FloatArray) -> FloatArray:

@@ -18,9 +18,9 @@ from kendon.simulation.limbs import Arm, blend, min_jerk, reach
 from kendon.simulation.movements import Movement
 
 #: How much of its length a hand held out for a handshake takes of an arm.
-_HELD_OUT = 0.87
+_HELD_OUT = 0.93
 #: How far below the shoulder it is held at most, likewise: tall people reach down no farther.
-_LOWEST = 0.75
+_LOWEST = 0.7
 
 
 @dataclass
