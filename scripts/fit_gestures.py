@@ -130,7 +130,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--people", type=int, default=4000, metavar="N", help="how many are drawn")
+    parser.add_argument("--people", type=int, default=2500, metavar="N", help="how many are drawn")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
