@@ -236,7 +236,8 @@ def test_keys_are_pressed_as_the_true_phases_say(tmp_path: Path) -> None:
     track = simulated_track()
     bare = Track(**{**vars(track), "gestures": np.full_like(track.gestures, np.nan)})
     write_track(bare, path)
-    assert np.isnan(load_observations(str(path)).values[:, 4:]).all()
+    detected = load_observations(str(path)).values[:, 4:]
+    assert not np.isin(detected, (0.0, 1.0)).any()  # a detector is never as sure as a key
     seen = load_observations(str(path), gestures_from_phases=True)
     assert seen.phases is not None
     for place, phase in ((4, Phase.DS), (5, Phase.CS), (6, Phase.HD)):

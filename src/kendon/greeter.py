@@ -154,7 +154,7 @@ class Greeter:
             self.robot.stop()
 
     def _take_in(self, frame: PersonFrame) -> None:
-        for observation in self._sampler.push(frame.seen_from(self.robot.pose, joints=False)):
+        for observation in self._sampler.push(frame.seen_from(self.robot.pose)):
             self._observe(observation)
         if frame.seen and self._seen is not None and frame.who != self._seen.who:
             self._end_greeting()  # somebody else: a greeting of their own

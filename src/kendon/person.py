@@ -64,13 +64,8 @@ class PersonFrame:
         """Whether the face's place on the ground is known."""
         return math.isfinite(self.head[0]) and math.isfinite(self.head[1])
 
-    def seen_from(self, robot: Pose2D, *, joints: bool = True) -> PersonFrame:
-        """The same person at the same instant, seen from a robot that stands at `robot`.
-
-        Args:
-            robot: its pose in the world.
-            joints: whether they are wanted; for observations they need not be moved.
-        """
+    def seen_from(self, robot: Pose2D) -> PersonFrame:
+        """The same person at the same instant, seen from a robot that stands at `robot`."""
         if robot == self.robot:
             return self
         # One planar motion for all points; this runs for every frame of a flow.
@@ -96,9 +91,7 @@ class PersonFrame:
             {
                 name: (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
                 for name, (x, y, z) in self.joints.items()
-            }
-            if joints
-            else {},
+            },
             self.smile,
             self.dsal,
             self.csal,

@@ -169,7 +169,7 @@ def test_features_are_medians_of_the_intervals_frames(track: Track) -> None:
 
 
 @given(tracks(min_rate=12))
-def test_gestures_are_medians_and_the_true_phase_the_middle_frames(track: Track) -> None:
+def test_given_gestures_are_medians_and_the_true_phase_the_middle_frames(track: Track) -> None:
     seen = observe(track)
     assert seen.phases is not None
     assert track.phases is not None
@@ -177,8 +177,8 @@ def test_gestures_are_medians_and_the_true_phase_the_middle_frames(track: Track)
         if covered:
             for column, values in enumerate(track.gestures[covered].T.tolist(), 4):
                 known = [value for value in values if not math.isnan(value)]
-                wanted = median(known) if known else math.nan
-                assert seen.values[k, column] == pytest.approx(wanted, nan_ok=True)
+                if known:  # the others are detected
+                    assert seen.values[k, column] == pytest.approx(median(known))
             assert seen.phases[k] == track.phases[covered[len(covered) // 2]]
 
 

@@ -1,11 +1,12 @@
 """Five observations a second from frames at any rate (thesis 3.3, 3.5.1).
 
 Each observation covers one interval of 0.2 s and is stamped with its end. Distance, gaze, smile
-and gestures are medians over the interval's frames, so that single bad frames do no harm; the
-speed comes from a robust line through the latest frames (`kendon.features.motion`). An interval
-without frames is unknown, never the last value again. The one exception is a source so slow
-(about 5 frames a second) that jitter leaves intervals empty: there the newest frame still counts
-while it is younger than one and a half frame periods.
+and gestures given by hand are medians over the interval's frames, so that single bad frames do no
+harm; the speed comes from a robust line through the latest frames (`kendon.features.motion`).
+Gestures that no frame of an interval gives by hand are detected (`kendon.features.gestures`). An
+interval without frames is unknown, never the last value again. The one exception is a source so
+slow (about 5 frames a second) that jitter leaves intervals empty: there the newest frame still
+counts while it is younger than one and a half frame periods.
 
 A recording that is there as a whole is read by `kendon.features.track`, to the same numbers.
 """
@@ -14,11 +15,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import blend, gaze_of_eyes, gaze_of_head
+from kendon.features.gestures import GestureDetector
 from kendon.features.motion import Walk, median
 from kendon.geometry import Quaternion, Vec3
 from kendon.observations import Observation
@@ -71,9 +73,11 @@ class Sampler:
         self.next_end = math.nan
         self._stamps: deque[float] = deque(maxlen=SPACINGS + 1)  # [s], of the newest frames
         self._frames: list[_Values] = []  # of the interval being filled
+        self._since = math.nan  # [s], the first of those frames
         self._placed = False  # whether one of those frames tells where the person is
         self._newest: tuple[_Values, bool] | None = None  # the newest frame, and whether it does
         self._walk = Walk()
+        self._detector = GestureDetector()
 
     def push(self, frame: PersonFrame) -> list[Observation]:
         """Take in a frame; return the observations whose intervals ended before it.
@@ -89,7 +93,7 @@ class Sampler:
         done = self._until(t, TOLERANCE)
         self._take_in(
             t, frame.head, frame.head_rotation, frame.eyes, frame.eye_gaze, frame.smile,
-            frame.dsal, frame.csal, frame.hdip, frame.robot,
+            frame.dsal, frame.csal, frame.hdip, frame.robot, frame.joints,
         )  # fmt: skip
         return done
 
@@ -126,6 +130,7 @@ class Sampler:
         csal: float,
         hdip: float,
         robot: tuple[float, float, float],
+        joints: Mapping[str, Vec3],
     ) -> None:
         if self._start != self._start:  # NaN: the first frame of a grid
             self._start = t
@@ -138,6 +143,8 @@ class Sampler:
         gaze = gaze_of_head(head, rotation, self._face)
         if eyes and eye_gaze:
             gaze = blend(gaze_of_eyes(eyes, eye_gaze, self._face), gaze, way)
+        if not self._frames:
+            self._since = t
         values = (way, gaze, smile, dsal, csal, hdip)
         self._frames.append(values)
 
@@ -149,11 +156,13 @@ class Sampler:
             self._walk.add(t, world_x, world_y, (robot_x, robot_y))
             self._placed = True
         self._newest = values, placed
+        self._detector.add(t, head, rotation, joints)
 
     def _close(self) -> Observation:
         """The observation of the interval being filled, which ends; the next one begins."""
         end = self.next_end
         frames, placed = self._frames, self._placed
+        since = self._since if frames else self._last
         self._frames, self._placed = [], False
         self._count += 1
         self.next_end = self._start + self._count * self.period  # summed up, it would drift
@@ -164,8 +173,9 @@ class Sampler:
         if not frames:
             return Observation(end)
         speed = self._walk.speed(end, self.period) if placed else math.nan
-        way, *others = [median(column) for column in zip(*frames, strict=True)]
-        return Observation(end, way, speed, *others)
+        way, gaze, smile, *given = [median(column) for column in zip(*frames, strict=True)]
+        gestures = self._detector.complete(given, end, since, way)
+        return Observation(end, way, speed, gaze, smile, *gestures)
 
 
 def still_counts(stamps: Sequence[float], end: float) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze_of_track import blended, eye_gaze, head_gaze
+from kendon.features.gestures import GestureDetector, Question, feed
 from kendon.features.motion_of_track import Positions, Stamps, approach_speeds, median
 from kendon.features.proxemics import distance, to_world
 from kendon.features.sampler import (
@@ -97,7 +98,8 @@ def _observed_together(tracks: Sequence[Track], face: Vec3, period: float) -> li
     starts, stops = _rows_of_intervals(stamps, intervals)
     medians = _medians(tracks, starts, stops, face)
     speeds = _speeds(tracks, stamps, intervals, starts, stops, period)
-    values = np.stack([medians[0], speeds, *medians[1:]], axis=1)
+    gestures = _gestures(tracks, each, starts, stops, medians)
+    values = np.stack([medians[0], speeds, *medians[1:3], *gestures], axis=1)
     unlabelled = [np.full(len(t.t), -1) if t.phases is None else t.phases for t in tracks]
     phases = _phases(np.concatenate(unlabelled), starts, stops)
     borders = np.cumsum([0, *map(len, each)]).tolist()
@@ -125,6 +127,27 @@ def _joined(times: Sequence[FloatArray]) -> Stamps:
     return Stamps(np.repeat(np.arange(len(times)), [len(t) for t in times]), np.concatenate(times))
 
 
+def watch(
+    track: Track, detector: GestureDetector, period: float = PERIOD
+) -> Iterator[tuple[Question, float]]:
+    """Let a gesture detector see a whole track up to the end of one interval after another.
+
+    For tracks without a leap of the clock.
+
+    Yields:
+        What it is to be asked then, and the stamp of the interval's middle frame [s]; nothing for
+        intervals without frames.
+    """
+    ends = _ends_of_intervals(track, checked_period(period))
+    starts, stops = _rows_of_intervals(_joined([track.t]), _joined([ends]))
+    [ways] = _taken(distance(track.head)[None], starts, stops)
+    middles = track.t[np.minimum((starts + stops) // 2, len(track) - 1)]
+    asked = feed(track, detector, starts, stops, ends, ways)
+    for question, middle in zip(asked, middles.tolist(), strict=True):
+        if question:
+            yield question, middle
+
+
 def _rows_of_intervals(stamps: Stamps, intervals: Stamps) -> tuple[IntArray, IntArray]:
     """The first row of each interval and the row after its last one."""
     stops = stamps.search(intervals.track, intervals.t + TOLERANCE, "right")
@@ -149,11 +172,48 @@ def _medians(tracks: Sequence[Track], starts: IntArray, stops: IntArray, face: V
         look = blended(gaze, look, way)
     smile = np.concatenate([track.smile for track in tracks])
     gestures = np.concatenate([track.gestures for track in tracks])
+    return _taken(np.stack([way, look, smile, *gestures.T]), starts, stops)
+
+
+def _taken(values: FloatArray, starts: IntArray, stops: IntArray) -> FloatArray:
+    """Medians of N rows of T frames over K intervals, shape (N, K)."""
     rows = starts[:, None] + np.arange(max(1, int((stops - starts).max())))
-    outside = rows >= stops[:, None]
-    taken = np.stack([way, look, smile, *gestures.T])[:, np.minimum(rows, len(head) - 1)]
-    taken[:, outside] = np.nan
+    taken = values[:, np.minimum(rows, values.shape[1] - 1)]
+    taken[:, rows >= stops[:, None]] = np.nan
     return median(taken)
+
+
+def _gestures(
+    tracks: Sequence[Track],
+    ends: Sequence[FloatArray],
+    starts: IntArray,
+    stops: IntArray,
+    medians: FloatArray,
+) -> FloatArray:
+    """The gestures of K intervals, shape (3, K): detected where they are not given by hand.
+
+    Args:
+        tracks: people.
+        ends: where the intervals of each end [s].
+        starts: (K,), the first frame of each interval, of all people's.
+        stops: (K,), the frame after its last.
+        medians: (6, K), distance, gaze, smile and the gestures given by hand.
+    """
+    gestures = medians[3:].copy()
+    frame = interval = 0
+    for track, its_ends in zip(tracks, ends, strict=True):
+        its = slice(interval, interval + len(its_ends))
+        seen = track.joints or np.isfinite(track.head_rotation).any()
+        if seen and np.isnan(gestures[:, its]).any():
+            detector = GestureDetector()
+            asked = feed(
+                track, detector, starts[its] - frame, stops[its] - frame, its_ends, medians[0, its]
+            )
+            for k, question in enumerate(asked, interval):
+                if question:
+                    gestures[:, k] = detector.complete(gestures[:, k].tolist(), *question)
+        frame, interval = frame + len(track), its.stop
+    return gestures
 
 
 def _speeds(

@@ -1,0 +1,160 @@
+"""From a person's body to the gesture probabilities of an interval (thesis 3.3.5)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from kendon.features.gestures.evidence import either, logistic, posterior
+from kendon.features.gestures.hands import (
+    ARM,
+    Arm,
+    HandshakeEvidence,
+    WaveEvidence,
+    shoulder_of,
+)
+from kendon.features.gestures.head import DipEvidence, Head, NodEvidence
+from kendon.features.gestures.trunk import BowEvidence, Trunk
+from kendon.features.gestures.weights import WEIGHTS
+from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
+
+#: Two arms' reach and a little lean: nearer than this a salutation is a close one [m].
+HANDSHAKE_DISTANCE = 1.3
+#: How soft that border is [m].
+SOFTNESS = 0.12
+#: How long a new estimate of the arm's length takes to count [intervals].
+SLOWNESS = 5.0
+
+
+class Gestures(NamedTuple):
+    """Probabilities of gestures in one interval; NaN = unknown."""
+
+    dsal: float  # a distance salutation: wave, head toss, nod or bow from afar
+    csal: float  # a close salutation: handshake, or one of those at handshake distance
+    hdip: float  # a head dip
+    wave: float = math.nan  # with either hand
+    handshake: float = math.nan  # with either hand
+    nod: float = math.nan  # a nod or a head toss
+    bow: float = math.nan
+
+
+class Evidence(NamedTuple):
+    """What speaks for each gesture in one interval; None where nothing of it is seen."""
+
+    hands: tuple[tuple[WaveEvidence, HandshakeEvidence] | None, ...]  # left and right
+    nod: NodEvidence | None
+    dip: DipEvidence | None
+    bow: BowEvidence | None
+
+
+class GestureDetector:
+    """Reads gestures from frames as they come, and tells them for an interval."""
+
+    def __init__(self) -> None:
+        self._left, self._right = Arm(), Arm()
+        self._head, self._trunk = Head(), Trunk()
+        self._arm = ARM  # [m], the arms' length
+
+    def clear(self) -> None:
+        """The person has been lost: forget everything."""
+        for part in (self._left, self._right, self._head, self._trunk):
+            part.clear()
+        self._arm = ARM
+
+    def add(self, t: float, head: Vec3, rotation: Quaternion, joints: Mapping[str, Vec3]) -> None:
+        """Take in what is seen at an instant, in the robot's base frame.
+
+        Args:
+            t: later than the last [s].
+            head: the face [m].
+            rotation: of the head.
+            joints: by their names in `kendon.person.JOINTS` [m].
+        """
+        self._head.add(t, head, rotation)
+        if not joints:
+            return
+        known = joints.get
+        left, right = known("l_shoulder", UNKNOWN_POINT), known("r_shoulder", UNKNOWN_POINT)
+        self._left.add(
+            t, shoulder_of(left, right, head),
+            known("l_elbow", UNKNOWN_POINT), known("l_wrist", UNKNOWN_POINT), head,
+        )  # fmt: skip
+        self._right.add(
+            t, shoulder_of(right, left, head),
+            known("r_elbow", UNKNOWN_POINT), known("r_wrist", UNKNOWN_POINT), head,
+        )  # fmt: skip
+        hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
+        self._trunk.add(t, head, left, right, hips)
+
+    def evidence(self, end: float, since: float, distance: float) -> Evidence:
+        """What speaks for gestures in an interval; the arguments are those of `gestures`."""
+        arms = ((self._left, self._right), (self._right, self._left))
+        lengths = [length for one, _ in arms if (length := one.length(since)) == length]
+        if lengths:
+            self._arm += (sum(lengths) / len(lengths) - self._arm) / SLOWNESS
+        hands = tuple(
+            one.evidence(end, since, self._arm, other, distance) if one.seen(since) else None
+            for one, other in arms
+        )
+        flexion, bow = math.nan, None
+        if self._trunk.seen(since):
+            flexion = self._trunk.flexion(end, since)
+            bow = self._trunk.evidence(end, since, flexion)
+        dip, nod = None, None
+        if self._head.seen(since):
+            dip, nod = self._head.evidence(end, since, flexion)
+        return Evidence(hands, nod, dip, bow)
+
+    def gestures(self, end: float, since: float, distance: float) -> Gestures:
+        """The gestures of an interval; to be asked once for each, in their order.
+
+        Args:
+            end: of the interval [s].
+            since: its first frame [s].
+            distance: of the person from the robot [m]; NaN when unknown.
+        """
+        found = self.evidence(end, since, distance)
+        hands = [hand for hand in found.hands if hand]
+        wave = either(*[posterior(hand[0], WEIGHTS.wave) for hand in hands])
+        handshake = either(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
+        nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
+        dip = posterior(found.dip, WEIGHTS.dip) if found.dip else math.nan
+        bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
+        salutation = either(wave, bow, nod)
+        if wave != wave and not salutation > 0.5:
+            # Most salutations are made with the hands: a head that does nothing says little.
+            salutation = math.nan
+        close = logistic((HANDSHAKE_DISTANCE - distance) / SOFTNESS)
+        if close != close:
+            close = 0.5
+        return Gestures(
+            dsal=salutation * (1.0 - close),
+            csal=either(salutation * close, handshake),
+            hdip=dip,
+            wave=wave,
+            handshake=handshake,
+            nod=nod,
+            bow=bow,
+        )
+
+    def complete(
+        self, given: Sequence[float], end: float, since: float, distance: float
+    ) -> tuple[float, float, float]:
+        """The three probabilities of an observation: those given by hand, else the detected ones.
+
+        Args:
+            given: dsal, csal and hdip; NaN where they are not given.
+            end: of the interval [s].
+            since: its first frame [s].
+            distance: of the person from the robot [m]; NaN when unknown.
+        """
+        dsal, csal, hdip = given
+        if dsal == dsal and csal == csal and hdip == hdip:
+            return dsal, csal, hdip
+        found = self.gestures(end, since, distance)
+        return (
+            dsal if dsal == dsal else found.dsal,
+            csal if csal == csal else found.csal,
+            hdip if hdip == hdip else found.hdip,
+        )

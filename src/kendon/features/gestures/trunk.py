@@ -1,0 +1,81 @@
+"""Bows: evidence from the trunk.
+
+Bowing bends the trunk forward at the hips, by more than 15 degrees even in passing, and takes
+the head down. Where the hips are not seen the head's height alone has to do.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from kendon.features.gestures.evidence import Weighing
+from kendon.features.gestures.series import Series, change, quantile
+from kendon.geometry import Vec3
+
+#: The trunk now is the median of so long [s].
+NOW = 0.25
+#: A person's usual way is the median from this long ago until this long ago [s].
+HELD_FROM, HELD_UNTIL = 3.0, 0.6
+#: So much must be known for that [s].
+HELD_LEAST = 1.0
+
+
+class BowEvidence(NamedTuple):
+    """What speaks for a bow."""
+
+    flexion: float
+    drop: float
+
+
+FLEXION = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
+DROP = Weighing(0.08, 0.025, -2.0, 3.0)  # of the face, from the usual [m]
+
+
+class Trunk:
+    """The trunk over the latest seconds."""
+
+    def __init__(self) -> None:
+        self._flexion = Series()  # [rad], forward
+        self._length = Series()  # [m], hips to shoulders
+        self._height = Series()  # [m], of the face
+
+    def clear(self) -> None:
+        """Forget everything."""
+        for series in (self._flexion, self._length, self._height):
+            series.clear()
+
+    def add(self, t: float, head: Vec3, left: Vec3, right: Vec3, hips: tuple[Vec3, Vec3]) -> None:
+        """Take in an instant: the face, the shoulders and the hips [m]; NaN when unknown."""
+        self._height.add(t, head[2])
+        hip_left, hip_right = hips
+        x = (left[0] + right[0] - hip_left[0] - hip_right[0]) / 2.0
+        y = (left[1] + right[1] - hip_left[1] - hip_right[1]) / 2.0
+        z = (left[2] + right[2] - hip_left[2] - hip_right[2]) / 2.0
+        # Forward is across the line from the right shoulder to the left.
+        across_x, across_y = left[0] - right[0], left[1] - right[1]
+        size = math.sqrt(across_x * across_x + across_y * across_y) or math.nan
+        self._flexion.add(t, math.atan2((x * across_y - y * across_x) / size, z))
+        self._length.add(t, math.sqrt(x * x + y * y + z * z))
+
+    def flexion(self, end: float, since: float) -> float:
+        """How far the trunk is bent forward from its usual way [rad]; NaN when unknown."""
+        return self._from_usual(self._flexion, end, since)
+
+    def seen(self, since: float) -> bool:
+        """Whether anything of it has been seen from an instant on."""
+        return self._flexion.seen(since)
+
+    def evidence(self, end: float, since: float, flexion: float) -> BowEvidence:
+        """What the trunk does in an interval that ends at `end`, its first frame at `since`."""
+        length = quantile(self._length.since(end - 1.0), 0.5)
+        noise = change(self._length.since(end - 1.0)) / length if length > 0.0 else 0.0
+        return BowEvidence(
+            FLEXION.evidence(flexion, noise),
+            DROP.evidence(-self._from_usual(self._height, end, since)),
+        )
+
+    @staticmethod
+    def _from_usual(series: Series, end: float, since: float) -> float:
+        now = quantile(series.since(min(end - NOW, since)), 0.5)
+        return now - series.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
