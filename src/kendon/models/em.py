@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -50,6 +50,10 @@ class Chunk:
         """The columns of each time step, from (inclusive) and to (exclusive)."""
         ends = np.cumsum(self.sizes)
         return list(zip((ends - self.sizes).tolist(), ends.tolist(), strict=True))
+
+    def without_labels(self) -> Chunk:
+        """The same rows, free to be in any state."""
+        return self if self.labels is None else replace(self, labels=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ given names at the end, by their likeness to Kendon's phases.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.models.ascent import Run, Search, StartSummary
 from kendon.models.assignment import Assignment, assign
+from kendon.models.conditional import Improvement, improve, possible
 from kendon.models.em import FREE, pack
 from kendon.models.emissions import GESTURES_FROM, Family
 from kendon.models.greeting import LARGEST, GreetingModel
@@ -52,6 +54,7 @@ class Fit:
     greetings: int  # learned from
     rows: int
     notes: tuple[str, ...] = ()  # sentences for the user
+    improvement: Improvement | None = None  # None: not learned conditionally
 
     @property
     def iterations(self) -> int:
@@ -72,6 +75,7 @@ def fit(
     outliers: float = OUTLIERS,
     allowed: ArrayLike | None = None,
     initial: GreetingModel | None = None,
+    conditional: bool = False,
     progress: Callable[[int, int, float], None] | None = None,
 ) -> Fit:
     """Learn a greeting model.
@@ -98,7 +102,11 @@ def fit(
         allowed: (6, 6), true where a phase may follow a phase; others keep probability 0. Needs
             labels of every phase, or an initial model: other states have no name beforehand.
         initial: a model to start from, whose phases the states then are.
-        progress: called with the start, the iteration and the log posterior, all along.
+        conditional: whether to improve P(phases | observations) instead of counting, from the
+            initial model on or, without one, from the counted one: a better reader of phases, with
+            numbers less like what is seen in them. Needs a label on every row.
+        progress: called with the start, the iteration and the log posterior, all along; with the
+            log conditional likelihood a row, while that is improved.
 
     Raises:
         ParameterError: there is nothing to learn from, a value is out of its range, or a
@@ -137,11 +145,25 @@ def fit(
             parameters = _from_model(initial, family, outliers, mask, prior)
         else:
             parameters = start(data, marks, prior, mask, family, outliers, rng)
-        runs.append(Run(number, parameters))
-    best = search.best(runs, iterations)
-    reference = load_model()
+        runs.append(Run(number, possible(parameters, mask) if conditional else parameters))
+    if conditional and any((mark == FREE).any() for mark in marks):
+        raise ParameterError("conditional learning needs a true phase on every row")
+    best = search.best(runs, 0 if conditional and initial else iterations)
+    reference = load_model("kendon")
     parameters, expected = best.parameters, best.expected
     assert expected is not None  # the run was followed
+    improvement = None
+    if conditional:
+        improvement = improve(
+            data,
+            marks,
+            parameters,
+            prior,
+            mask,
+            iterations=iterations,
+            progress=progress and functools.partial(progress, 0),
+        )
+        parameters = improvement.parameters
     known = expected.emissions[:, :, 0].sum(axis=0) >= _MET
     assignment = None
     if not named:
@@ -154,7 +176,7 @@ def fit(
         name="learned",
         title=f"Learned from {data.count} greeting{'s' * (data.count != 1)}",
         source=f"kendon fit: {data.count} sequences, {data.rows} rows,"
-        f" {'with' if len(labelled) else 'without'} labels",
+        f" {'with' if len(labelled) else 'without'} labels{', conditional' if conditional else ''}",
     )
     return Fit(
         model,
@@ -166,6 +188,7 @@ def fit(
         data.count,
         data.rows,
         (*notes, *more),
+        improvement,
     )
 
 

@@ -63,6 +63,7 @@ class Prior:
     least: tuple[float, ...] = (0.4, 0.15, 0.5, 0.8, 0.2, 0.2, 0.2)  # no deviation is smaller
     gestures: float = 1.0  # further rows with and as many without a robust gesture (Beta)
     certainty: float = 0.99  # no gesture of a phase is more certain, to be there or not
+    tightness: float = 10.0  # rows a squared unit, about the model that is improved conditionally
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -1,0 +1,239 @@
+"""Learning to tell phases apart: conditional maximum likelihood (Nadas 1983).
+
+Counting makes a model that would produce the greetings it has seen, P(o, phases). Where features
+are not quite as the model has them (distance is not normal within a phase, the smile of one
+moment is that of the last), that is not the model that reads phases best. Here a model is
+improved in P(phases | o) instead, the probability of the true phases given what was observed (in
+speech recognition: maximum mutual information, Bahl et al. 1986). The gradient is the statistics
+of the labelled rows less those that the model expects without the labels (Fisher's identity).
+
+The conditional likelihood alone may end in numbers that nobody recognises a greeting in: it does
+not care what a typical final approach is like, only where it begins. A normal prior about the
+model to begin with, in a unit of its own for every parameter, keeps them near what they mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, OptimizeResult, minimize
+
+from kendon.models.em import Chunk, Data, Workspace, posterior
+from kendon.models.emissions import GESTURES_FROM, Family
+from kendon.models.hmm import log_probabilities
+from kendon.models.learned_emissions import evaluate, statistics
+from kendon.models.prior import Expected, Parameters, Prior
+from kendon.models.starts import count_labels
+from kendon.person import FloatArray, IntArray
+
+#: The logarithms of probabilities move no farther than this from where they begin: a move
+#: that no training greeting needs would otherwise become impossible.
+_FARTHEST = 6.0
+#: What no training can change is a probability of 0; allowed moves begin with at least this.
+_LEAST_PROBABILITY = 1e-3
+
+
+class Improvement(NamedTuple):
+    """What conditional learning made of a model."""
+
+    parameters: Parameters
+    before: float  # log P(phases | o) a row, of the model to begin with
+    after: float  # of the improved one
+    iterations: int
+
+
+def improve(
+    data: Data,
+    labels: Sequence[IntArray],
+    begin: Parameters,
+    prior: Prior,
+    allowed: NDArray[np.bool_],
+    *,
+    iterations: int,
+    progress: Callable[[int, float], None] | None = None,
+) -> Improvement:
+    """Improve a model's conditional likelihood by L-BFGS-B (Liu and Nocedal 1989).
+
+    Args:
+        data: greetings with a label on every row.
+        labels: of its sequences, (T,) each.
+        begin: the model to improve, in which all that is allowed is `possible`.
+        prior: whose tightness, least deviations and certainty of gestures are kept to.
+        allowed: (K, K), the moves that can be.
+        iterations: at most so many.
+        progress: called with the iteration and log P(phases | o) a row.
+    """
+    ascent = _Ascent(data, labels, begin, prior.tightness, allowed)
+    reached: list[float] = []
+
+    def report(intermediate_result: OptimizeResult) -> None:
+        reached.append(ascent.conditional)
+        if progress:
+            progress(len(reached), ascent.conditional)
+
+    start = np.zeros(ascent.layout.size)
+    ascent.cost(start)
+    before = ascent.conditional
+    found = minimize(
+        ascent.cost,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=ascent.layout.bounds(prior),
+        options={"maxiter": iterations},
+        callback=report,
+    )
+    parameters = ascent.layout.parameters(np.asarray(found.x, dtype=float))
+    return Improvement(parameters, before, reached[-1] if reached else before, len(reached))
+
+
+class _Ascent:
+    """The function that is minimised, -log P(phases | o) - log prior a row, and its slope."""
+
+    def __init__(
+        self,
+        data: Data,
+        labels: Sequence[IntArray],
+        begin: Parameters,
+        tightness: float,
+        allowed: NDArray[np.bool_],
+    ) -> None:
+        self.layout = _Layout(begin, allowed)
+        self.conditional = -np.inf  # log P(phases | o) a row, at the last call
+        self._data, self._tightness = data, tightness
+        self._counts = count_labels(labels, len(allowed))
+        self._workspace = Workspace()
+
+    def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
+        parameters = self.layout.parameters(theta)
+        starts, moves = self._counts
+        joint = float((starts * log_probabilities(parameters.startprob)).sum())
+        joint += float((moves * log_probabilities(parameters.transmat)).sum())
+        alone = 0.0
+        starts, moves = starts.copy(), moves.copy()
+        emissions = np.zeros((*parameters.means.shape, 3))
+        for chunk in self._data.chunks:
+            evaluated = evaluate(chunk, self._data.center, parameters, self._workspace)
+            labelled = _members(chunk, len(starts))
+            joint += float(evaluated.log[labelled].sum())
+            free = posterior(
+                parameters.startprob,
+                parameters.transmat,
+                evaluated.log,
+                chunk.without_labels(),
+                self._workspace,
+            )
+            alone += float(free.log_likelihoods.sum())
+            starts -= free.states[:, : len(chunk.sequences)].sum(axis=1)
+            moves -= free.moves
+            emissions += statistics(chunk, evaluated, labelled - free.states)
+        self.conditional = (joint - alone) / self._data.rows
+        slope = self.layout.slope(parameters, Expected(starts, moves, emissions), self._data.center)
+        height = joint - alone - 0.5 * self._tightness * float(theta @ theta)
+        return -height / self._data.rows, (self._tightness * theta - slope) / self._data.rows
+
+
+def _members(chunk: Chunk, states: int) -> NDArray[np.bool_]:
+    """Which state each row's label names, (K, N)."""
+    assert chunk.labels is not None
+    return np.asarray(chunk.labels == np.arange(states)[:, None])
+
+
+class _Layout:
+    """Parameters as one vector of steps from the model to begin with, each in a unit of its own.
+
+    Of a mean the unit is the deviation, of a deviation a factor of e, of a probability a factor
+    of e of it (moves, starts) or of its odds (gestures).
+    """
+
+    def __init__(self, begin: Parameters, allowed: NDArray[np.bool_]) -> None:
+        self._begin, self._allowed = begin, allowed
+        states, features = begin.means.shape
+        # Features with a normal distribution come first.
+        self._normal = GESTURES_FROM if begin.family is Family.ROBUST else features
+        self._shapes = [
+            (states, self._normal),  # means
+            (states, self._normal),  # deviations
+            (states, features - self._normal),  # gestures
+            (states, states),  # moves
+            (states,),  # starts
+        ]
+        ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes])
+        self._cuts, self.size = ends[:-1], int(ends[-1])
+
+    def _split(self, vector: FloatArray) -> list[FloatArray]:
+        """The parts of a vector; views, so that what is written to them is written to it."""
+        parts = np.split(vector, self._cuts)
+        return [part.reshape(shape) for part, shape in zip(parts, self._shapes, strict=True)]
+
+    def parameters(self, theta: FloatArray) -> Parameters:
+        shift, stretch, odds, moves, starts = self._split(theta)
+        old, normal, hands = self._begin, slice(0, self._normal), slice(self._normal, None)
+        means, variances = old.means.copy(), old.variances.copy()
+        means[:, normal] += shift * np.sqrt(old.variances[:, normal])
+        variances[:, normal] *= np.exp(2 * stretch)
+        if odds.size:
+            q = 1 / (1 + np.exp(-_log_odds(old.means[:, hands]) - odds))
+            means[:, hands], variances[:, hands] = q, q * (1 - q)
+        return old._replace(
+            startprob=_tilted(old.startprob, starts),
+            transmat=_tilted(old.transmat, moves),
+            means=means,
+            variances=variances,
+        )
+
+    def slope(self, parameters: Parameters, expected: Expected, center: FloatArray) -> FloatArray:
+        """The gradient of the expected joint log-likelihood with these statistics, (size,)."""
+        normal, hands = slice(0, self._normal), slice(self._normal, None)
+        weight, total, squares = np.moveaxis(expected.emissions, 2, 0)
+        w, s, ss = weight[:, normal], total[:, normal], squares[:, normal]
+        m, v = (parameters.means - center)[:, normal], parameters.variances[:, normal]
+        parts = (
+            (s - w * m) / v * np.sqrt(self._begin.variances[:, normal]),
+            (ss - 2 * m * s + w * m * m) / v - w,
+            total[:, hands] - weight[:, hands] * parameters.means[:, hands],
+            expected.moves - parameters.transmat * expected.moves.sum(axis=1, keepdims=True),
+            expected.starts - parameters.startprob * expected.starts.sum(),
+        )
+        return np.concatenate([part.ravel() for part in parts])
+
+    def bounds(self, prior: Prior) -> Bounds:
+        """No deviation below the least, no gesture surer than the prior has it."""
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        _, stretch, odds, moves, starts = self._split(low)
+        _, _, odds_high, moves_high, starts_high = self._split(high)
+        variances = self._begin.variances[:, : self._normal]
+        least = np.log(np.maximum(prior.least, 1e-6))[: self._normal]
+        stretch[:] = np.minimum(least - 0.5 * np.log(variances), 0.0)
+        now = _log_odds(self._begin.means[:, self._normal :]) if odds.size else 0.0
+        surest = _log_odds(np.array(min(prior.certainty, 1 - 1e-9)))
+        odds[:], odds_high[:] = np.minimum(-surest - now, 0.0), np.maximum(surest - now, 0.0)
+        moves[:], moves_high[:] = -_FARTHEST * self._allowed, _FARTHEST * self._allowed
+        starts[:], starts_high[:] = -_FARTHEST, _FARTHEST
+        return Bounds(low, high)
+
+
+def possible(parameters: Parameters, allowed: NDArray[np.bool_]) -> Parameters:
+    """The same parameters, with no probability of 0 but those of moves that are not allowed."""
+    return parameters._replace(
+        startprob=_at_least(parameters.startprob, np.ones(len(allowed), dtype=bool)),
+        transmat=_at_least(parameters.transmat, allowed),
+    )
+
+
+def _at_least(p: FloatArray, allowed: NDArray[np.bool_]) -> FloatArray:
+    raised = np.where(allowed, np.maximum(p, _LEAST_PROBABILITY), p)
+    return np.asarray(raised / raised.sum(axis=-1, keepdims=True))
+
+
+def _log_odds(p: FloatArray) -> FloatArray:
+    return np.asarray(np.log(p) - np.log1p(-p))
+
+
+def _tilted(p: FloatArray, by: FloatArray) -> FloatArray:
+    """Probabilities whose logarithms are moved, and which sum to one again."""
+    tilted = p * np.exp(by - by.max(axis=-1, keepdims=True))
+    return np.asarray(tilted / tilted.sum(axis=-1, keepdims=True))
