@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +29,7 @@ from kendon.cli.options import (
 from kendon.errors import DataError, ParameterError
 from kendon.geometry import Vec3
 from kendon.greetings import expand, load_observations
-from kendon.models import Family, Fit, GreetingModel, fit, save_model
+from kendon.models import Family, Fit, GreetingModel, fit, load_model, save_model
 from kendon.models.learning import OUTLIERS
 from kendon.observations import FEATURES, UNITS, Observations
 from kendon.phases import Phase
@@ -38,6 +39,8 @@ EPILOG = """
 **Examples**
 
 `kendon fit greetings/ --out mine.toml` · then `kendon estimate person.csv --model mine.toml`
+
+`kendon fit greetings/ --conditional --initial kendon --out reader.toml` · Kendon's model, improved
 
 `kendon fit greetings/ --ignore-labels --family gaussian --starts 50 --out learned.toml`
 """
@@ -79,6 +82,18 @@ def fit_command(
         float | None,
         typer.Option(help=f"Share of wild values, robust family only; {OUTLIERS:g} if not given."),
     ] = None,
+    conditional: Annotated[
+        bool,
+        typer.Option(
+            "--conditional",
+            help="Learn to tell phases apart, not what they are like: needs a true phase on every"
+            " row.",
+        ),
+    ] = False,
+    initial: Annotated[
+        str | None,
+        typer.Option(help="A model to learn on from: a name, or a .toml file.", metavar="MODEL"),
+    ] = None,
     title: Annotated[str, typer.Option(help="What the model is, for lists and figures.")] = "",
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     robot_face: RobotFaceOption = "0,0,1.2",
@@ -93,22 +108,24 @@ def fit_command(
     _check_target(target, force)
     if outliers is not None and family is Family.GAUSSIAN:
         raise ParameterError("--outliers is for --family robust; a normal distribution has none")
+    begin = load_model(initial) if initial else None
     options = source_options(camera_pose, fov, fps, model_files)
     face = point("--robot-face", robot_face)
     greetings = _read(paths, options, source, face, gestures_from_phases)
     with Progress(*_COLUMNS, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("learning", total=iterations, detail="")
 
-        def tell(start: int, iteration: int, log_posterior: float) -> None:
+        def tell(start: int, iteration: int, height: float) -> None:
             progress.update(
                 task, completed=iteration,
-                detail=f"start {start + 1}, log posterior {log_posterior:.2f}",
+                detail=f"log P(phases) a row {height:.4f}" if conditional
+                else f"start {start + 1}, log posterior {height:.2f}",
             )  # fmt: skip
 
         result = fit(
             greetings, family=family, labels=not ignore_labels, starts=starts, seed=seed,
             iterations=iterations, outliers=OUTLIERS if outliers is None else outliers,
-            progress=tell,
+            initial=begin, conditional=conditional, progress=tell,
         )  # fmt: skip
     model = dataclasses.replace(result.model, name=target.stem, title=title or result.model.title)
     save_model(model, target)
@@ -159,6 +176,17 @@ def _report(result: Fit, model: GreetingModel) -> None:
     out.print(_means(model))
     if result.assignment is not None:
         out.print(_names(result))
+    if result.improvement is not None:
+        found = result.improvement
+        out.print(
+            f"{result.rows} rows of {result.greetings} greetings: the true phases' mean"
+            f" probability went from {math.exp(found.before):.3f} to {math.exp(found.after):.3f}"
+            f" a row in {found.iterations} iterations",
+            highlight=False,
+        )
+        for sentence in result.notes:
+            note(sentence)
+        return
     steps = "iteration" if result.iterations == 1 else "iterations"
     ending = "" if result.converged else ", not converged"
     of = f", the best of {len(result.starts)} starts" if len(result.starts) > 1 else ""

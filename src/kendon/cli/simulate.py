@@ -11,7 +11,7 @@ from rich.progress import Progress
 from kendon.cli.options import err, out
 from kendon.errors import DataError
 from kendon.greetings import INDEX, write_greetings
-from kendon.simulation.sets import Seeing, simulate
+from kendon.simulation.sets import Seeing, Signs, simulate
 
 EPILOG = """
 **Examples**
@@ -29,6 +29,13 @@ def simulate_command(
     seeing: Annotated[
         Seeing, typer.Option(help="As they are, through a bad sensor, or through various ones.")
     ] = Seeing.CLEAN,
+    signs: Annotated[
+        Signs,
+        typer.Option(
+            help="Gestures by keys, as true as can be; by bodies, which the detectors read;"
+            " or half and half."
+        ),
+    ] = Signs.KEYS,
     passersby: Annotated[
         float, typer.Option(min=0, max=1, help="The share of people who only walk past.")
     ] = 0.0,
@@ -43,12 +50,12 @@ def simulate_command(
     with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("simulating", total=n)
         greetings = simulate(
-            n, seed, seeing=seeing, passersby=passersby, jobs=jobs,
+            n, seed, seeing=seeing, signs=signs, passersby=passersby, jobs=jobs,
             progress=lambda done: progress.update(task, completed=done),
         )  # fmt: skip
     rows = [
-        (greeting.name.partition("_")[0], seed, seeing.value, len(greeting))
+        (greeting.name.partition("_")[0], seed, seeing.value, signs.value, len(greeting))
         for greeting in greetings
     ]
-    write_greetings(folder, greetings, ("kind", "seed", "seeing", "observations"), rows)
+    write_greetings(folder, greetings, ("kind", "seed", "seeing", "signs", "observations"), rows)
     out.print(f"{n} people are in {folder}, listed in {folder / INDEX}.", highlight=False)

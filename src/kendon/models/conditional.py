@@ -15,19 +15,20 @@ model to begin with, in a unit of its own for every parameter, keeps them near w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, OptimizeResult, minimize
 
 from kendon.models.em import Chunk, Data, Workspace, posterior
 from kendon.models.emissions import GESTURES_FROM, Family
-from kendon.models.hmm import log_probabilities
 from kendon.models.learned_emissions import evaluate, statistics
 from kendon.models.prior import Expected, Parameters, Prior
 from kendon.models.starts import count_labels
 from kendon.person import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 #: The logarithms of probabilities move no farther than this from where they begin: a move
 #: that no training greeting needs would otherwise become impossible.
@@ -66,6 +67,8 @@ def improve(
         iterations: at most so many.
         progress: called with the iteration and log P(phases | o) a row.
     """
+    from scipy.optimize import Bounds, minimize  # half a second: not for those who need none
+
     ascent = _Ascent(data, labels, begin, prior.tightness, allowed)
     reached: list[float] = []
 
@@ -82,7 +85,7 @@ def improve(
         start,
         jac=True,
         method="L-BFGS-B",
-        bounds=ascent.layout.bounds(prior),
+        bounds=Bounds(*ascent.layout.bounds(prior)),
         options={"maxiter": iterations},
         callback=report,
     )
@@ -110,8 +113,8 @@ class _Ascent:
     def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
         parameters = self.layout.parameters(theta)
         starts, moves = self._counts
-        joint = float((starts * log_probabilities(parameters.startprob)).sum())
-        joint += float((moves * log_probabilities(parameters.transmat)).sum())
+        joint = _log_likelihood(starts, parameters.startprob)
+        joint += _log_likelihood(moves, parameters.transmat)
         alone = 0.0
         starts, moves = starts.copy(), moves.copy()
         emissions = np.zeros((*parameters.means.shape, 3))
@@ -134,6 +137,11 @@ class _Ascent:
         slope = self.layout.slope(parameters, Expected(starts, moves, emissions), self._data.center)
         height = joint - alone - 0.5 * self._tightness * float(theta @ theta)
         return -height / self._data.rows, (self._tightness * theta - slope) / self._data.rows
+
+
+def _log_likelihood(counts: FloatArray, p: FloatArray) -> float:
+    met = counts > 0  # what has not been met may be impossible
+    return float((counts[met] * np.log(p[met])).sum())
 
 
 def _members(chunk: Chunk, states: int) -> NDArray[np.bool_]:
@@ -200,8 +208,8 @@ class _Layout:
         )
         return np.concatenate([part.ravel() for part in parts])
 
-    def bounds(self, prior: Prior) -> Bounds:
-        """No deviation below the least, no gesture surer than the prior has it."""
+    def bounds(self, prior: Prior) -> tuple[FloatArray, FloatArray]:
+        """The lowest and the highest steps: no deviation below the least, no gesture too sure."""
         low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         _, stretch, odds, moves, starts = self._split(low)
         _, _, odds_high, moves_high, starts_high = self._split(high)
@@ -213,7 +221,7 @@ class _Layout:
         odds[:], odds_high[:] = np.minimum(-surest - now, 0.0), np.maximum(surest - now, 0.0)
         moves[:], moves_high[:] = -_FARTHEST * self._allowed, _FARTHEST * self._allowed
         starts[:], starts_high[:] = -_FARTHEST, _FARTHEST
-        return Bounds(low, high)
+        return low, high
 
 
 def possible(parameters: Parameters, allowed: NDArray[np.bool_]) -> Parameters:

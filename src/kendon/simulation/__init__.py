@@ -7,7 +7,7 @@ from kendon.simulation.movers import Performance, draw_mover, perform_movement
 from kendon.simulation.person import SimulatedPerson
 from kendon.simulation.scripts import SCRIPTS, Act, Script, script
 from kendon.simulation.sensors import SENSORS, Sensor, sensor
-from kendon.simulation.sets import Seeing, simulate
+from kendon.simulation.sets import Seeing, Signs, simulate
 
 __all__ = [
     "MOVEMENTS",
@@ -21,6 +21,7 @@ __all__ = [
     "Script",
     "Seeing",
     "Sensor",
+    "Signs",
     "SimulatedPerson",
     "draw_body",
     "draw_movement",

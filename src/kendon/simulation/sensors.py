@@ -150,13 +150,7 @@ def _shake(rotation: FloatArray, angles: FloatArray) -> FloatArray:
 SENSORS: dict[str, Sensor] = {
     "clean": Sensor(),
     "noisy": Sensor(
-        range_noise=0.05,
-        head_noise=math.radians(15),
-        face_range=4.0,
-        dropped=0.12,
-        loss=0.7,
-        joint_noise=0.03,
-        arm_loss=0.05,
+        range_noise=0.05, head_noise=math.radians(15), face_range=4.0, dropped=0.12, loss=0.7
     ),
 }
 

@@ -26,6 +26,14 @@ class Seeing(StrEnum):
     VARIED = "varied"  # some as they are, some through a sensor drawn for each
 
 
+class Signs(StrEnum):
+    """How the gestures of a set's people become known."""
+
+    KEYS = "keys"  # pressed by the true phases (thesis 3.3.5)
+    BODIES = "bodies"  # people move their bodies, and the detectors see what they can
+    VARIED = "varied"  # half of the people each
+
+
 #: The share of a varied set that is seen through a drawn sensor.
 SENSED_SHARE = 0.3
 
@@ -35,6 +43,7 @@ def simulate(
     seed: int = 0,
     *,
     seeing: Seeing = Seeing.CLEAN,
+    signs: Signs = Signs.KEYS,
     passersby: float = 0.0,
     jobs: int = 1,
     progress: Callable[[int], None] | None = None,
@@ -47,6 +56,7 @@ def simulate(
         n: how many.
         seed: of chance, not negative.
         seeing: through what sensors.
+        signs: how gestures become known.
         passersby: the share of people who only walk past (true phases 0).
         jobs: processes at work; -1 for one on each core.
         progress: called with the number of people done after each batch.
@@ -66,12 +76,12 @@ def simulate(
     starts = range(0, n, _BATCH)
     done: list[Observations] = []
     if jobs == 1:
-        batches = (_batch(s, min(s + _BATCH, n), seed, seeing, passersby) for s in starts)
+        batches = (_batch(s, min(s + _BATCH, n), seed, seeing, signs, passersby) for s in starts)
     else:
         from joblib import Parallel, delayed  # half a second: not for those who need none
 
         batches = Parallel(n_jobs=jobs, return_as="generator")(
-            delayed(_batch)(s, min(s + _BATCH, n), seed, seeing, passersby) for s in starts
+            delayed(_batch)(s, min(s + _BATCH, n), seed, seeing, signs, passersby) for s in starts
         )
     for batch in batches:
         done += batch
@@ -81,17 +91,19 @@ def simulate(
 
 
 def _batch(
-    start: int, stop: int, seed: int, seeing: Seeing, passersby: float
+    start: int, stop: int, seed: int, seeing: Seeing, signs: Signs, passersby: float
 ) -> list[Observations]:
-    return observe_all([_person(number, seed, seeing, passersby) for number in range(start, stop)])
+    people = range(start, stop)
+    return observe_all([_person(number, seed, seeing, signs, passersby) for number in people])
 
 
-def _person(number: int, seed: int, seeing: Seeing, passersby: float) -> Track:
+def _person(number: int, seed: int, seeing: Seeing, signs: Signs, passersby: float) -> Track:
     rng = np.random.default_rng([seed, number])
+    joints = signs is Signs.BODIES or (signs is Signs.VARIED and number % 2 == 1)
     if rng.random() < passersby:
-        track = draw_passerby(rng, f"passerby_{number:05d}")
+        track = draw_passerby(rng, f"passerby_{number:05d}", joints=joints)
     else:
-        track = perform(draw_greeter(rng), rng, f"greeting_{number:05d}")
+        track = perform(draw_greeter(rng), rng, f"greeting_{number:05d}", joints=joints)
     sensor: Sensor | None = None
     if seeing is Seeing.NOISY:
         sensor = SENSORS["noisy"]
