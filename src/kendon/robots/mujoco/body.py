@@ -159,7 +159,7 @@ class Body:
 
     def sight(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Position [m] and rotation matrix (3, 3) of a site or body in the world."""
-        frame = self.data.site(name) if name in self._sites else self.data.body(name)
+        frame = self.data.site(name) if name in self.sites else self.data.body(name)
         return frame.xpos, frame.xmat.reshape(3, 3)
 
     def advance(self, targets: FloatArray, speed: float, turn_rate: float) -> None:
@@ -242,8 +242,8 @@ class Body:
         """The geometry of head and eyes, with all joints at zero."""
         description, model, data = self.description, self.model, self.data
         head = description.head
-        self._sites = {model.site(i).name for i in range(model.nsite)}
-        sights = self._sites | {model.body(i).name for i in range(1, model.nbody)}
+        self.sites = {model.site(i).name for i in range(model.nsite)}
+        sights = self.sites | {model.body(i).name for i in range(1, model.nbody)}
         for key, name in [("head.face", head.face)] + [
             (f"eyes[{i}].site", eye.site) for i, eye in enumerate(description.eyes)
         ]:
@@ -394,7 +394,9 @@ def _compile(description: RobotDescription, spec: Any) -> Any:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     # The motors' own controllers hold the joints against gravity, and the base cannot tip.
     option.gravity = [0, 0, 0]
-    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    # Set-points keep the joints in their ranges, so that nothing needs MuJoCo's solver.
+    for flag in (mujoco.mjtDisableBit.mjDSBL_CONTACT, mujoco.mjtDisableBit.mjDSBL_LIMIT):
+        option.disableflags |= int(flag)
     try:
         return spec.compile()
     except ValueError as error:

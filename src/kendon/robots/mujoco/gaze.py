@@ -8,12 +8,16 @@ along phi - asin(b / r). A head pans first and then tilts in the plane that the 
 from __future__ import annotations
 
 import math
+from typing import Any
 
-import mujoco
 import numpy as np
 
-from kendon.geometry import wrap_angle
+from kendon.geometry import Vec3, wrap_angle
 from kendon.person import FloatArray
+
+#: A rotation matrix, row by row. What runs in every control cycle is plain Python: with three
+#: numbers at a time, arrays cost ten times as much.
+Matrix = tuple[Vec3, Vec3, Vec3]
 
 
 class Pointer:
@@ -29,48 +33,50 @@ class Pointer:
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        joint: int,
-        sight: tuple[FloatArray, FloatArray],
+        self, model: Any, data: Any, joint: int, sight: tuple[FloatArray, FloatArray]
     ) -> None:
-        body = int(model.jnt_bodyid[joint])
-        self.parent = int(model.body_parentid[body])
-        self.address = int(model.jnt_qposadr[joint])
+        self.parent = int(model.body_parentid[model.jnt_bodyid[joint]])
         place, turn = data.xpos[self.parent], data.xmat[self.parent].reshape(3, 3)
-        self.anchor: FloatArray = turn.T @ (data.xanchor[joint] - place)
-        self.axis: FloatArray = turn.T @ data.xaxis[joint]
+        anchor = turn.T @ (data.xanchor[joint] - place)
+        axis = turn.T @ data.xaxis[joint]
         direction = turn.T @ sight[1].reshape(3, 3)[:, 0]
         #: How far the sight is from lying in the plane across the axis [1].
-        self.lean = float(direction @ self.axis)
-        ahead = direction - self.lean * self.axis
-        self.ahead: FloatArray = ahead / np.linalg.norm(ahead)  # where it points at angle zero
-        self.across: FloatArray = np.cross(self.axis, self.ahead)  # 90 degrees on
+        self.lean = float(direction @ axis)
+        ahead = direction - self.lean * axis
+        ahead = ahead / np.linalg.norm(ahead)
+        across = np.cross(axis, ahead)
+        self.anchor, self.axis = _vector(anchor), _vector(axis)
+        self.ahead = _vector(ahead)  # where it points at angle zero
+        self.across = _vector(across)  # 90 degrees on
         #: How far the line of sight passes the axis, toward `across` [m].
-        self.offset = float((turn.T @ (sight[0] - place) - self.anchor) @ self.across)
+        self.offset = float((turn.T @ (sight[0] - place) - anchor) @ across)
 
-    def angle(self, point: FloatArray) -> float:
+    def angle(self, point: Vec3) -> float:
         """The angle that points the line of sight at a point of the parent's frame [rad].
 
         A point nearer to the axis than the line of sight ever comes is missed as narrowly as
         can be.
         """
-        way = point - self.anchor
-        x, y = float(way @ self.ahead), float(way @ self.across)
+        way = _minus(point, self.anchor)
+        x, y = _dot(way, self.ahead), _dot(way, self.across)
         r = math.hypot(x, y)
-        aside = math.copysign(math.pi / 2, self.offset) if r <= abs(self.offset) else (
-            math.asin(self.offset / r)
-        )  # fmt: skip
+        if r <= abs(self.offset):
+            aside = math.copysign(math.pi / 2, self.offset)
+        else:
+            aside = math.asin(self.offset / r)
         return wrap_angle(math.atan2(y, x) - aside)
 
-    def unturned(self, point: FloatArray, angle: float) -> FloatArray:
+    def unturned(self, point: Vec3, angle: float) -> Vec3:
         """Where a point of the parent's frame is for somebody who turns with the joint."""
-        way = point - self.anchor
+        way = _minus(point, self.anchor)
         c, s = math.cos(angle), math.sin(angle)
-        along = self.axis * (self.axis @ way)
-        turned: FloatArray = c * way - s * np.cross(self.axis, way) + (1 - c) * along
-        return self.anchor + turned
+        x, y, up = _dot(way, self.ahead), _dot(way, self.across), _dot(way, self.axis)
+        x, y = c * x + s * y, c * y - s * x
+        px, py, pz = (
+            a + x * e + y * n + up * z
+            for a, e, n, z in zip(self.anchor, self.ahead, self.across, self.axis, strict=True)
+        )
+        return (px, py, pz)
 
 
 class HeadGeometry:
@@ -85,36 +91,54 @@ class HeadGeometry:
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        pan: int,
-        tilt: int,
-        sight: tuple[FloatArray, FloatArray],
+        self, model: Any, data: Any, pan: int, tilt: int, sight: tuple[FloatArray, FloatArray]
     ) -> None:
         self.pan = Pointer(model, data, pan, sight)
         self.tilt = Pointer(model, data, tilt, sight)
-        self._parent = self.pan.parent
         here, there = self.pan.parent, self.tilt.parent
         frame = data.xmat[here].reshape(3, 3)
-        self._link_place: FloatArray = frame.T @ (data.xpos[there] - data.xpos[here])
-        self._link_turn: FloatArray = frame.T @ data.xmat[there].reshape(3, 3)
+        self._link_place = _vector(frame.T @ (data.xpos[there] - data.xpos[here]))
+        turn = frame.T @ data.xmat[there].reshape(3, 3)
+        self._link_turn = _matrix(turn)
+        axis = turn @ np.array(self.tilt.axis)
+        #: Whether the closed form holds: the tilt's axis across the pan's and the sight's.
+        self.square = abs(float(axis @ self.pan.axis)) < 1e-3 and abs(self.tilt.lean) < 1e-3
 
-    @property
-    def square(self) -> bool:
-        """Whether the closed form holds: the tilt's axis across the pan's and the sight's."""
-        axis = self._link_turn @ self.tilt.axis
-        return abs(float(axis @ self.pan.axis)) < 1e-3 and abs(self.tilt.lean) < 1e-3
-
-    def angles(self, data: mujoco.MjData, point: FloatArray) -> tuple[float, float]:
+    def angles(self, data: Any, point: Vec3) -> tuple[float, float]:
         """The joint angles that point the face at a point of the world [rad]."""
-        local = data.xmat[self._parent].reshape(3, 3).T @ (point - data.xpos[self._parent])
+        local = local_point(data, self.pan.parent, point)
         pan = self.pan.angle(local)
-        within = self._link_turn.T @ (self.pan.unturned(local, pan) - self._link_place)
+        within = _transposed(
+            self._link_turn, _minus(self.pan.unturned(local, pan), self._link_place)
+        )
         return pan, self.tilt.angle(within)
 
 
-def local_point(data: mujoco.MjData, body: int, point: FloatArray) -> FloatArray:
+def local_point(data: Any, body: int, point: Vec3) -> Vec3:
     """A point of the world in a body's frame [m]."""
-    local: FloatArray = data.xmat[body].reshape(3, 3).T @ (point - data.xpos[body])
-    return local
+    a, b, c, d, e, f, g, h, i = data.xmat[body].tolist()
+    return _transposed(((a, b, c), (d, e, f), (g, h, i)), _minus(point, data.xpos[body].tolist()))
+
+
+def _transposed(turn: Matrix, v: Vec3) -> Vec3:
+    """The vector turned back."""
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    x, y, z = v
+    return (a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+
+
+def _dot(a: Vec3, b: Vec3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _minus(a: Vec3, b: Vec3) -> Vec3:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _vector(v: FloatArray) -> Vec3:
+    x, y, z = v.tolist()
+    return (x, y, z)
+
+
+def _matrix(m: FloatArray) -> Matrix:
+    return (_vector(m[0]), _vector(m[1]), _vector(m[2]))

@@ -69,38 +69,53 @@ def plan(
         speeds: the joints' greatest speeds [rad/s or m/s].
         cycle: how long a control cycle is [s].
     """
-    joints = sorted({joint for _, angles in keyframes for joint in angles})
+    joints: list[int] = []
     curves: list[CubicHermiteSpline] = []
     stretch = 1.0
-    for joint in joints:
-        named = [(t, angles[joint]) for t, angles in keyframes if joint in angles]
-        t = np.array([0.0, *(t for t, _ in named)])
-        x = np.array([start[joint], *(angle for _, angle in named)])
-        curve = CubicHermiteSpline(t, x, _slopes(t, x, velocity[joint]))
+    for times, together in _by_times(keyframes).items():
+        angles = dict(keyframes)
+        t = np.array([0.0, *times])
+        x = np.array([start[together], *([angles[at][j] for j in together] for at in times)])
+        curve = CubicHermiteSpline(t, x, _slopes(t, x, velocity[together]))
+        stretch = max(stretch, float((_fastest(curve) / (SPEED_SHARE * speeds[together])).max()))
+        joints += together
         curves.append(curve)
-        stretch = max(stretch, _fastest(curve) / (SPEED_SHARE * speeds[joint]))
     seconds = keyframes[-1][0] * stretch
     count = max(1, int(np.ceil(seconds / cycle - 1e-9)))
-    times = np.minimum(np.arange(1, count + 1) * cycle, seconds) / stretch
+    at = np.minimum(np.arange(1, count + 1) * cycle, seconds) / stretch
     # A joint keeps its last keyframe's place to the end of the motion.
-    points = np.stack([curve(np.minimum(times, curve.x[-1])) for curve in curves], axis=1)
+    points = np.concatenate([curve(np.minimum(at, curve.x[-1])) for curve in curves], axis=1)
     return Motion(joints, np.clip(points, low[joints], high[joints]))
 
 
-def _slopes(t: FloatArray, x: FloatArray, velocity: float) -> FloatArray:
-    slopes = np.zeros(len(t))
+def _by_times(
+    keyframes: Sequence[tuple[float, Mapping[int, float]]],
+) -> dict[tuple[float, ...], list[int]]:
+    """The joints that are named by the same keyframes, by these keyframes' times."""
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for joint in sorted({joint for _, angles in keyframes for joint in angles}):
+        times = tuple(t for t, angles in keyframes if joint in angles)
+        groups.setdefault(times, []).append(joint)
+    return groups
+
+
+def _slopes(t: FloatArray, x: FloatArray, velocity: FloatArray) -> FloatArray:
+    slopes = np.zeros_like(x)
     if len(t) > 2:
         slopes[1:-1] = pchip_interpolate(t, x, t, der=1)[1:-1]
     slopes[0] = velocity
     return slopes
 
 
-def _fastest(curve: CubicHermiteSpline) -> float:
-    """The greatest speed along a curve: at a keyframe or where the acceleration passes zero."""
-    speed = curve.derivative()
-    bends = speed.derivative().roots(discontinuity=False, extrapolate=False)
-    at = np.concatenate([curve.x, bends[np.isfinite(bends)]])
-    return float(np.abs(speed(at)).max())
+def _fastest(curve: CubicHermiteSpline) -> FloatArray:
+    """The greatest speeds along a curve: at a keyframe or where the acceleration passes zero."""
+    a, b, c, _ = curve.c  # of each stretch, from the cube down, (4, N, J)
+    span = np.diff(curve.x)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = np.clip(np.nan_to_num(-b / (3 * a)), 0, span)
+    candidates = [c, c + 2 * b * span + 3 * a * span**2, c + 2 * b * bend + 3 * a * bend**2]
+    fastest: FloatArray = np.abs(candidates).max(axis=(0, 1))
+    return fastest
 
 
 class Chaser:

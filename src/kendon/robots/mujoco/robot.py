@@ -99,10 +99,14 @@ class MujocoRobot(Robot):
         self._posed[[body.pan, body.tilt]] = 0.0
         self._posing = np.zeros(len(body.joints))  # how fast that changes [rad/s or m/s]
         self._motion: Motion | None = None
+        self._homeward = False  # whether to go home next, since a gesture was cancelled
         self._read_gestures()
         self._read_head()
         self._read_expressions()
         self._pose = body.pose
+        #: What a film needs: times [s] and positions of all joints after each control cycle in
+        #: which anything moved. None unless somebody sets a list, which is then added to.
+        self.history: list[tuple[float, FloatArray]] | None = None
 
     # ---- what the robot knows of itself
 
@@ -175,14 +179,14 @@ class MujocoRobot(Robot):
             self._aim_head(point)
             sent["pan"], sent["tilt"] = self._head_target
         elif kind is CommandKind.GESTURE:
-            self._motion = self._plan(asked["name"])
+            self._motion, self._homeward = self._plan(asked["name"]), False
         elif kind is CommandKind.SAY:
             self._until[kind] = self.time + len(asked["text"].strip()) / self._speech_rate
         elif kind is CommandKind.EXPRESS:
             self._until[kind] = self.time + EXPRESSION_SECONDS
             self._show(asked["expression"], asked["intensity"])
         else:
-            self._motion = None
+            self._motion, self._homeward = None, False
             if self._standing:
                 self.succeed(command)
         return sent
@@ -192,7 +196,7 @@ class MujocoRobot(Robot):
         if kind in (CommandKind.GO_TO, CommandKind.TURN_TO):
             self._driving.base.aim()
         elif kind is CommandKind.GESTURE:
-            self._motion = self._plan("home")
+            self._motion, self._homeward = None, True
 
     def _advance(self, dt: float) -> None:
         due = math.floor(self.time / CYCLE + 1e-6)
@@ -239,6 +243,8 @@ class MujocoRobot(Robot):
         speed, turn_rate = self._steer(before)
         targets = self._next_targets(now)
         self.body.advance(targets, speed, turn_rate)
+        if self.history is not None:
+            self.history.append((now, self.body.data.qpos.copy()))
         drive = self.running(CommandKind.GO_TO) or self.running(CommandKind.TURN_TO)
         if drive is not None and (not base.standing or self._base_stands):
             self._driving.finish(self, drive)
@@ -261,6 +267,8 @@ class MujocoRobot(Robot):
     def _next_targets(self, now: float) -> FloatArray:
         """Where all joints' set-points shall be after this cycle."""
         body = self.body
+        if self._homeward:
+            self._motion, self._homeward = self._plan("home"), False
         if self._motion is not None:
             points = self._motion.next()
             joints = self._motion.joints
@@ -304,6 +312,7 @@ class MujocoRobot(Robot):
             and base.goal is None
             and base.heading is None
             and self._motion is None
+            and not self._homeward
             and not any(chaser.rate for chaser in (self._pan, self._tilt, *self._eyes))
             and self._cycles * CYCLE > self._face_until + CYCLE
             and self.body.still
@@ -378,7 +387,7 @@ class MujocoRobot(Robot):
     def _aim_head(self, point: Vec3) -> None:
         """Work out where the head must turn for a point, from where the body is now."""
         body, limits = self.body, self.head_limits
-        pan, tilt = body.head.angles(body.data, np.array(point))
+        pan, tilt = body.head.angles(body.data, point)
         pan, tilt = pan * body.pan_sign, tilt * body.tilt_sign
         sent_pan = min(max(pan, limits.pan[0]), limits.pan[1])
         sent_tilt = min(max(tilt, limits.tilt[0]), limits.tilt[1])
@@ -399,9 +408,8 @@ class MujocoRobot(Robot):
         pan, tilt = self._head_target
         self._pan.step(pan * body.pan_sign, CYCLE)
         self._tilt.step(tilt * body.tilt_sign, CYCLE)
-        where = np.array(point)
         for eye, pointer, chaser in zip(body.eyes, body.eye_pointers, self._eyes, strict=True):
-            angle = pointer.angle(local_point(body.data, pointer.parent, where))
+            angle = pointer.angle(local_point(body.data, pointer.parent, point))
             chaser.step(min(max(angle, body.low[eye]), body.high[eye]), CYCLE)
 
     def _finish_look(self, command: Command) -> None:
