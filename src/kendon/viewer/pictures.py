@@ -54,9 +54,8 @@ class Painter:
         ).copy()
         side = self._inset
         face = stage.draw(
-            close.look_at, close.distance, close.azimuth, close.elevation, person,
-            size=(side, side),
-        )  # fmt: skip
+            close.look_at, close.distance, close.azimuth, close.elevation, size=(side, side)
+        )
         margin = round(_MARGIN * self._size[1])
         corner = image[margin : margin + side, -margin - side : -margin]
         shape, rim = _disc(side)

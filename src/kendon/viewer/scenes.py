@@ -214,13 +214,13 @@ class Scenes:
         return angles
 
     def _offered(self, t: float) -> Vec3 | None:
-        """Where the robot's right hand is if it is held out [m], else None."""
-        body = self.robot.body
+        """Where the robot's hand is if it is held out [m], else None."""
+        body, name = self.robot.body, self.robot.description.hand
+        if name is None:
+            return None
         body.data.qpos[:] = self._state(t)
         body.settle()
-        if "r_hand" not in body.sites:
-            return None
-        hand = _point(body.sight("r_hand")[0])
+        hand = _point(body.sight(name)[0])
         pose = Pose2D(*body.data.qpos[:3].tolist())
         return hand if pose.to_local(hand)[0] > 0.3 else None
 

@@ -37,6 +37,7 @@ _FLOOR: Color = (0.89, 0.88, 0.86, 1)
 _RIM = 0.025  # [m], how wide a zone's rim is
 _SHEET = 0.002  # [m], how thick each layer of colour on the floor is
 _SKY_TOP, _SKY_LOW = (0.73, 0.80, 0.87), (0.94, 0.95, 0.96)
+_LIGHT_AWAY = 6.0  # [m], from what is looked at to the lamp
 #: The most shapes a person and the zones need.
 _MOST_SHAPES = 200
 _PACKAGES = "on Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6"
@@ -109,6 +110,9 @@ class Stage:
             self.model, self.data, self._option, None, camera,
             mujoco.mjtCatBit.mjCAT_ALL.value, self._scene,
         )  # fmt: skip
+        for light in self._scene.lights[: self._scene.nlight]:
+            if light.castshadow:  # it shines on what is looked at, wherever that is
+                light.pos[:] = np.asarray(look_at) - _LIGHT_AWAY * np.asarray(light.dir)
         if zones is not None:
             self._add_zones(zones)
         for shape in person:
@@ -161,13 +165,13 @@ class Stage:
     def _dress(spec: Any) -> None:
         """Give the robot's world a floor, a sky and light."""
         visual, world = spec.visual, spec.worldbody
-        visual.quality.shadowsize, visual.quality.offsamples = 2048, 4
+        visual.quality.shadowsize, visual.quality.offsamples = 4096, 4
         visual.quality.numslices = 48
         visual.headlight.ambient = [0.42, 0.42, 0.42]
         visual.headlight.diffuse = [0.28, 0.28, 0.28]
         visual.headlight.specular = [0.0, 0.0, 0.0]
         visual.map.znear, visual.map.zfar = 0.02, 60.0
-        visual.map.shadowclip = 1.0
+        visual.map.shadowclip = 1.8
         visual.rgba.haze = [*_SKY_LOW, 1]
         visual.map.fogstart, visual.map.fogend = 12.0, 40.0
         spec.stat.extent, spec.stat.center = 5.0, [0, 0, 0.6]

@@ -244,10 +244,10 @@ class Body:
         head = description.head
         self.sites = {model.site(i).name for i in range(model.nsite)}
         sights = self.sites | {model.body(i).name for i in range(1, model.nbody)}
-        for key, name in [("head.face", head.face)] + [
-            (f"eyes[{i}].site", eye.site) for i, eye in enumerate(description.eyes)
-        ]:
-            if name not in sights:
+        named = [("head.face", head.face), ("hand", description.hand)]
+        named += [(f"eyes[{i}].site", eye.site) for i, eye in enumerate(description.eyes)]
+        for key, name in named:
+            if name is not None and name not in sights:
                 raise description.error(
                     f"{key}: {UnknownNameError('site or body', name, sorted(sights))}"
                 )

@@ -20,8 +20,10 @@ from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.robots.drive import BaseLimits
 
 #: The keys of a mapping file, all of them and those it cannot do without.
-_KEYS = ("title", "model", "base", "head", "eyes", "speeds", "rest", "gestures", "expressions")
-_REQUIRED = ("title", "model", "base", "head", "speeds", "gestures")
+_KEYS = (
+    "title", "model", "base", "head", "eyes", "hand", "speeds", "rest", "gestures", "expressions",
+)  # fmt: skip
+_REQUIRED = ("title", "model", "base", "head", "gestures")
 #: What every robot must be able to do, since the greeting tree asks for it.
 _EVERY_GESTURE = ("home", "wave", "handshake")
 _LIMITS = tuple(field.name for field in fields(BaseLimits))
@@ -79,6 +81,7 @@ class RobotDescription:
     limits: BaseLimits
     head: HeadJoints
     eyes: tuple[Eye, ...]
+    hand: str | None  # the site or body that is shaken: in pictures the person's hand meets it
     speeds: Mapping[str, float]  # joint name or pattern such as "l_*" -> most [rad/s, m/s]
     rest: Mapping[str, float]  # name -> angle [degrees] or way [m]; 0 for all others
     gestures: Mapping[str, tuple[Keyframe, ...]]
@@ -153,7 +156,8 @@ class _Reader:
             limits=self.limits({k: base[k] for k in _LIMITS if k in base}),
             head=self.head(head),
             eyes=tuple(self.eye(f"eyes[{i}]", eye) for i, eye in enumerate(top.get("eyes", []))),
-            speeds=self.numbers("speeds", top["speeds"], positive=True),
+            hand=self.text("hand", top["hand"]) if "hand" in top else None,
+            speeds=self.numbers("speeds", top.get("speeds", {}), positive=True),
             rest=self.numbers("rest", top.get("rest", {})),
             gestures=gestures,
             expressions={"neutral": {}, **expressions},
