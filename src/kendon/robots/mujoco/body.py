@@ -216,10 +216,7 @@ class Body:
     def _tune(self) -> None:
         """Give every servo its stiffness, damping and limits, by the inertia it moves."""
         model = self.model
-        self.model.qpos0[self._qpos] = np.where(np.isfinite(self.rest), self.rest, 0.0)
-        self.data.qpos[:] = model.qpos0
-        mujoco.mj_setConst(model, self.data)  # inertias at rest
-        inertia = model.dof_M0
+        inertia = model.dof_M0  # with all joints at zero
         for i, servo in enumerate(self._servo_ids):
             stiffness = SERVO_FREQUENCY**2 * inertia[self._dofs[i]]
             damping = 2 * SERVO_FREQUENCY * inertia[self._dofs[i]]
@@ -284,7 +281,8 @@ class Body:
 
     def _stand(self, start: Pose2D) -> None:
         data = self.data
-        data.qpos[:] = self.model.qpos0
+        data.qpos[:] = 0.0
+        data.qpos[self._qpos] = self.rest
         mujoco.mj_kinematics(self.model, data)
         x, y, z = self.sight(self.description.head.face)[0].tolist()
         #: The face in the base frame while the joints rest [m].
