@@ -272,6 +272,11 @@ class Body:
             Pointer(model, data, int(self.joint_ids[i]), self.sight(eye.site))
             for i, eye in zip(self.eyes, description.eyes, strict=True)
         )
+        for i, (eye, pointer) in enumerate(zip(description.eyes, self.eye_pointers, strict=True)):
+            if pointer.blind:
+                raise description.error(
+                    f"eyes[{i}]: {eye.joint} does not turn where {eye.site} looks"
+                )
         wheels = description.wheels
         if wheels is not None:
             self._rolls = [

@@ -43,13 +43,18 @@ class Pointer:
         #: How far the sight is from lying in the plane across the axis [1].
         self.lean = float(direction @ axis)
         ahead = direction - self.lean * axis
-        ahead = ahead / np.linalg.norm(ahead)
+        ahead = ahead / max(1e-9, float(np.linalg.norm(ahead)))
         across = np.cross(axis, ahead)
         self.anchor, self.axis = _vector(anchor), _vector(axis)
         self.ahead = _vector(ahead)  # where it points at angle zero
         self.across = _vector(across)  # 90 degrees on
         #: How far the line of sight passes the axis, toward `across` [m].
         self.offset = float((turn.T @ (sight[0] - place) - anchor) @ across)
+
+    @property
+    def blind(self) -> bool:
+        """Whether the joint turns about the line of sight and so does not turn it at all."""
+        return abs(self.lean) > 0.99
 
     def angle(self, point: Vec3) -> float:
         """The angle that points the line of sight at a point of the parent's frame [rad].
@@ -102,7 +107,11 @@ class HeadGeometry:
         self._link_turn = _matrix(turn)
         axis = turn @ np.array(self.tilt.axis)
         #: Whether the closed form holds: the tilt's axis across the pan's and the sight's.
-        self.square = abs(float(axis @ self.pan.axis)) < 1e-3 and abs(self.tilt.lean) < 1e-3
+        self.square = (
+            abs(float(axis @ self.pan.axis)) < 1e-3
+            and abs(self.tilt.lean) < 1e-3
+            and not self.pan.blind
+        )
 
     def angles(self, data: Any, point: Vec3) -> tuple[float, float]:
         """The joint angles that point the face at a point of the world [rad]."""

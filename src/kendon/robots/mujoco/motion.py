@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, pchip_interpolate
 
 from kendon.person import FloatArray
-from kendon.robots.drive import speed_within
+from kendon.robots.drive import speed_within, way_of_step
 
 #: Of a joint's greatest speed, gestures use at most this share: the rest is left to the servos,
 #: which lag a little and then catch up.
@@ -148,5 +148,5 @@ class Chaser:
         change = self.acceleration * h
         rate = min(max(wanted, self.rate - change), self.rate + change)
         rate = 0.0 if abs(rate) < 1e-6 else rate
-        self.position += (self.rate + rate) / 2 * h
+        self.position += way_of_step(self.rate, rate, self.acceleration, h)
         self.rate = rate
