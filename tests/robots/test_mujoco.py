@@ -18,8 +18,7 @@ from kendon.person import FloatArray
 from kendon.robots.base import CommandStatus, Robot
 from kendon.robots.mujoco import MujocoRobot, read_description
 from kendon.robots.mujoco.body import CYCLE
-from kendon.robots.mujoco.robot import EXPRESSION_SECONDS
-from kendon.robots.point import PointRobot
+from kendon.robots.point import EXPRESSION_SECONDS, PointRobot
 
 SIMPLE = Path(__file__).resolve().parents[2] / "examples" / "robot" / "pan_tilt.toml"
 EYES = ("l_eye", "r_eye")
@@ -277,7 +276,9 @@ class TestExpressions:
         before = robot.body.data.xpos[corner, 2]
         smile = robot.express("smile", 1.0)
         robot.update(EXPRESSION_SECONDS / 2)
-        assert robot.expression == ("smile", pytest.approx(0.5))
+        name, level = robot.expression
+        assert name == "smile"
+        assert level == pytest.approx(0.5)
         robot.update(2.0)
         assert smile.status is CommandStatus.SUCCEEDED
         after = robot.body.data.xpos[corner, 2]

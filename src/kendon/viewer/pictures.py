@@ -99,14 +99,14 @@ def write_film(
     """
     cv2 = require_film(path)
     instants = Scenes(encounter, robot).film(FILM_RATE)
-    painter = Painter(robot, FILM_SIZE)
     partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    _make_folder(path)
+    painter = Painter(robot, FILM_SIZE)
     code = cv2.VideoWriter_fourcc(*FILMS[path.suffix.lower()])
+    film = cv2.VideoWriter(str(partial), code, FILM_RATE, FILM_SIZE)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        film = cv2.VideoWriter(str(partial), code, FILM_RATE, FILM_SIZE)
         if not film.isOpened():
-            raise DataError("the film cannot be written here", file=path)
+            raise DataError("no film can be written here", file=path)
         for done, instant in enumerate(instants, 1):
             film.write(painter.paint(instant)[:, :, ::-1])
             if progress:
@@ -116,6 +116,7 @@ def write_film(
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
     finally:
+        film.release()
         painter.close()
         partial.unlink(missing_ok=True)
 
@@ -149,6 +150,7 @@ def write_picture(encounter: Encounter, robot: MujocoRobot, path: Path) -> None:
         RendererError: nothing is installed to draw with.
     """
     instants = Scenes(encounter, robot).highlights()
+    _make_folder(path)
     painter = Painter(robot, _SHEET_SIZE)
     try:
         images = [painter.paint(instant) for instant in instants]
@@ -164,8 +166,14 @@ def write_picture(encounter: Encounter, robot: MujocoRobot, path: Path) -> None:
         top, left = (i // _COLUMNS) * (height + gap), (i % _COLUMNS) * (width + gap)
         sheet[top : top + height, left : left + width] = image
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         imsave(path, sheet)
+    except OSError as error:
+        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataError(f"cannot be written ({error.strerror})", file=path) from None
 

@@ -1,7 +1,7 @@
 """What pictures of an encounter show at each instant: robot, person, camera, and words.
 
 The flow ticks ten times a second and pictures need more, so that the person is interpolated
-between ticks; the robot's own motion is known fifty times a second (`MujocoRobot.history`).
+between ticks; the robot's own motion is known forty times a second (`MujocoRobot.history`).
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from kendon.robots.mujoco.gaze import HeadGeometry, Pointer
 
 #: A physics step [s], and how many of them make a control cycle.
 STEP = 0.005
-STEPS_A_CYCLE = 4
+STEPS_A_CYCLE = 5
 CYCLE = STEP * STEPS_A_CYCLE
 #: How quickly a joint's servo answers: the natural frequency of the joint on its spring [rad/s].
 #: Chosen: 8 Hz is what geared robot arms of this size reach, and critically damped it follows

@@ -7,6 +7,7 @@ This module checks the file for itself; `kendon.robots.mujoco.body` holds it aga
 
 from __future__ import annotations
 
+import functools
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -92,8 +93,9 @@ class RobotDescription:
         return DataError(message, file=str(self.file))
 
 
+@functools.cache
 def vizzy() -> RobotDescription:
-    """The description of kendon's own Vizzy."""
+    """The description of kendon's own Vizzy; it cannot be changed, so that all may share it."""
     return read_description(resources.files("kendon.robots") / "models" / "vizzy.toml")
 
 

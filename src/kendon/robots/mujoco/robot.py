@@ -4,9 +4,9 @@
     wave = robot.gesture("wave")
     robot.update(4.5)              # 4.5 s of physics
 
-Time is cut into control cycles of 20 ms. In each one the base's plan (the same as PointRobot's,
+Time is cut into control cycles of 25 ms. In each one the base's plan (the same as PointRobot's,
 `kendon.robots.drive`) moves on and the body is steered after it; gestures, head, eyes and
-expressions move their set-points; then the physics makes four steps. It is deterministic: the
+expressions move their set-points; then the physics makes five steps. It is deterministic: the
 same calls give the same motion, to the last bit.
 """
 
@@ -277,10 +277,10 @@ class MujocoRobot(Robot):
             self._posed[joints] = points
             if self._motion.over:
                 self._motion = None
-        else:
+        elif self._posing.any():
             self._posing[:] = 0.0
+        self._look()
         targets = self._posed.copy()
-        self._look(now)
         targets[body.pan] += self._pan.position
         targets[body.tilt] += self._tilt.position
         for eye, chaser in zip(body.eyes, self._eyes, strict=True):
@@ -381,6 +381,7 @@ class MujocoRobot(Robot):
             Chaser(float(body.rest[eye]), float(body.speeds[eye]), _EYE_ACCELERATION)
             for eye in body.eyes
         ]
+        self._eye_ranges = [(float(body.low[eye]), float(body.high[eye])) for eye in body.eyes]
         self._head_target = (0.0, 0.0)  # [rad], to the left and up
         self._reachable = True
 
@@ -394,7 +395,7 @@ class MujocoRobot(Robot):
         self._head_target = sent_pan, sent_tilt
         self._reachable = sent_pan == pan and sent_tilt == tilt
 
-    def _look(self, now: float) -> None:
+    def _look(self) -> None:
         """Turn head and eyes on, toward the point of a running look, else to a stand."""
         body = self.body
         command = self.running(CommandKind.LOOK_AT)
@@ -408,9 +409,13 @@ class MujocoRobot(Robot):
         pan, tilt = self._head_target
         self._pan.step(pan * body.pan_sign, CYCLE)
         self._tilt.step(tilt * body.tilt_sign, CYCLE)
-        for eye, pointer, chaser in zip(body.eyes, body.eye_pointers, self._eyes, strict=True):
-            angle = pointer.angle(local_point(body.data, pointer.parent, point))
-            chaser.step(min(max(angle, body.low[eye]), body.high[eye]), CYCLE)
+        local: dict[int, Vec3] = {}  # eyes that hang in the same body see it at the same place
+        for pointer, (low, high), chaser in zip(
+            body.eye_pointers, self._eye_ranges, self._eyes, strict=True
+        ):
+            if pointer.parent not in local:
+                local[pointer.parent] = local_point(body.data, pointer.parent, point)
+            chaser.step(min(max(pointer.angle(local[pointer.parent]), low), high), CYCLE)
 
     def _finish_look(self, command: Command) -> None:
         body, near = self.body, self.head_limits.tolerance
@@ -456,6 +461,8 @@ class MujocoRobot(Robot):
         self._face_until = self.time + EXPRESSION_SECONDS
 
     def _face_at(self, now: float) -> FloatArray:
-        left = min(1.0, max(0.0, (self._face_until - now) / EXPRESSION_SECONDS))
+        left = min(1.0, (self._face_until - now) / EXPRESSION_SECONDS)
+        if left <= 0:
+            return self._face_to
         face: FloatArray = self._face_to + (self._face_from - self._face_to) * left
         return face
