@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -210,6 +212,18 @@ def test_a_mistake_is_one_sentence_and_exit_code_2(
     for word in words:
         assert word in run.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_renderer_that_does_not_exist_is_told() -> None:
+    # MuJoCo reads the variable when it is imported: this takes a process of its own.
+    run = subprocess.run(
+        [sys.executable, "-c", "from kendon.cli import main; main()", "greet", "--robot", "mujoco"],
+        env={**os.environ, "MUJOCO_GL": "crayon"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 2
+    assert "MUJOCO_GL=crayon" in run.stderr
+    assert "apt-get install" in run.stderr
+    assert "Traceback" not in run.stderr
 
 
 def test_a_bad_file_among_good_ones_leaves_nothing_written(
