@@ -20,8 +20,9 @@ from kendon.viewer.mannequin import shapes
 from kendon.viewer.scenes import Instant, Scenes
 from kendon.viewer.stage import Image, Stage
 
-#: A film's images a second and size [pixels]; a software renderer takes about 0.3 s for each.
-FILM_RATE, FILM_SIZE = 20.0, (960, 540)
+#: A film's images a second and size [pixels]; a software renderer takes about half a second for
+#: each, on one core.
+FILM_RATE, FILM_SIZE = 15.0, (960, 540)
 #: The codec of each kind of film that OpenCV can write everywhere. Browsers play .webm.
 FILMS = {".mp4": "mp4v", ".webm": "VP80"}
 #: The size of one image of the sheet of highlights [pixels], and how many stand in a row.

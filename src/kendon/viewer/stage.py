@@ -166,7 +166,7 @@ class Stage:
         """Give the robot's world a floor, a sky and light."""
         visual, world = spec.visual, spec.worldbody
         visual.quality.shadowsize, visual.quality.offsamples = 4096, 4
-        visual.quality.numslices = 48
+        visual.quality.numslices = 32
         visual.headlight.ambient = [0.42, 0.42, 0.42]
         visual.headlight.diffuse = [0.28, 0.28, 0.28]
         visual.headlight.specular = [0.0, 0.0, 0.0]

@@ -177,6 +177,7 @@ class MujocoRobot(Robot):
             if math.dist(face, point) < 1e-3:
                 raise RobotError(f"the point to look at, {point}, lies in the robot's own face")
             self._aim_head(point)
+            self._looked = False
             sent["pan"], sent["tilt"] = self._head_target
         elif kind is CommandKind.GESTURE:
             self._motion, self._homeward = self._plan(asked["name"]), False
@@ -215,6 +216,7 @@ class MujocoRobot(Robot):
                 self._finish(command)
 
     def _finish(self, command: Command) -> None:
+        """End a command that is done; drives end within the cycle in which they are."""
         kind = command.kind
         if kind is CommandKind.LOOK_AT:
             self._finish_look(command)
@@ -316,7 +318,7 @@ class MujocoRobot(Robot):
             and not any(chaser.rate for chaser in (self._pan, self._tilt, *self._eyes))
             and self._cycles * CYCLE > self._face_until + CYCLE
             and self.body.still
-            and self.running(CommandKind.LOOK_AT) is None
+            and (self._looked or self.running(CommandKind.LOOK_AT) is None)
         )
 
     # ---- arms
@@ -342,7 +344,7 @@ class MujocoRobot(Robot):
                 if frame.rest:
                     points |= {j: 0.0 if j in head else float(body.rest[j]) for j in others}
                 elif frame.hold:
-                    points |= {j: last[j] for j in others}
+                    points |= {j: last[j] for j in others if not math.isnan(last[j])}
                 last |= points
                 keyframes.append((frame.t, points))
             self._keyframes[name] = keyframes
@@ -384,6 +386,7 @@ class MujocoRobot(Robot):
         self._eye_ranges = [(float(body.low[eye]), float(body.high[eye])) for eye in body.eyes]
         self._head_target = (0.0, 0.0)  # [rad], to the left and up
         self._reachable = True
+        self._looked = False  # whether head and eyes have nothing left to do for a running look
 
     def _aim_head(self, point: Vec3) -> None:
         """Work out where the head must turn for a point, from where the body is now."""
@@ -416,6 +419,7 @@ class MujocoRobot(Robot):
             if pointer.parent not in local:
                 local[pointer.parent] = local_point(body.data, pointer.parent, point)
             chaser.step(min(max(pointer.angle(local[pointer.parent]), low), high), CYCLE)
+        self._looked = not any(chaser.rate for chaser in (self._pan, self._tilt, *self._eyes))
 
     def _finish_look(self, command: Command) -> None:
         body, near = self.body, self.head_limits.tolerance
