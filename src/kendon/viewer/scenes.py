@@ -177,7 +177,8 @@ class Scenes:
         walked = np.cumsum(speed) * h
         heading = self._headings(times, head, steps, speed, h)
         there = seen[np.clip(np.searchsorted(self._ticks, times), 0, len(seen) - 1)]
-        hands = [self._offered(t) for t in times]
+        hands, withdrawn = self._hands(times, h)
+        marks[:, 2] *= 1 - withdrawn
         return [
             Stance(
                 head=_point(head[i]),
@@ -193,7 +194,7 @@ class Scenes:
                 wave=float(marks[i, 1]),
                 swing=math.sin(2 * math.pi * _WAVES * float(times[i])),
                 reach=float(marks[i, 2]),
-                target=hands[i],
+                target=None if hands is None else _point(hands[i]),
             )
             if there[i]
             else None
@@ -212,6 +213,20 @@ class Scenes:
         facing = uniform_filter1d(facing, max(1, round(_WALK / h)), axis=0, mode="nearest")
         angles: FloatArray = np.arctan2(facing[:, 1], facing[:, 0])
         return angles
+
+    def _hands(self, times: FloatArray, h: float) -> tuple[FloatArray | None, FloatArray]:
+        """Where the person's hand meets the robot's (N, 3) [m], None if it is never held out.
+
+        And how far the robot has withdrawn it again (N,): the person then does so, too.
+        """
+        offered = [self._offered(t) for t in times]
+        out = np.array([place is not None for place in offered])
+        places = np.array([place for place in offered if place is not None])
+        if not len(places):
+            return None, np.zeros(len(times))
+        hands = np.stack([np.interp(times, times[out], column) for column in places.T], axis=1)
+        gone = (np.cumsum(out) > 0) & ~out
+        return hands, uniform_filter1d(gone.astype(float), max(1, round(_FADE / h)))
 
     def _offered(self, t: float) -> Vec3 | None:
         """Where the robot's hand is if it is held out [m], else None."""
