@@ -123,7 +123,8 @@ def test_its_observations_are_those_of_the_closed_form(tmp_path: Path, kind: str
     # Straight ahead along -x, the gaze point lies 0.3 m beside and 0.4 m above the camera.
     way = 4.0 - SPEED * middle
     assert seen.values[:, 2] == pytest.approx(0.5 / (math.tan(math.radians(30)) * way), rel=1e-3)
-    assert np.isnan(seen.values[:, 3:]).all()
+    assert np.isnan(seen.values[:, 3:6]).all()
+    assert (seen.values[:, 6] < 0.1).all()  # a head that moves straight on does not dip
 
 
 @pytest.mark.parametrize(("y", "z"), [(0.0, 0.0), (0.9, 0.3), (-1.4, -0.5)])

@@ -6,9 +6,11 @@ own, gestures included.
 **robust** differs in two ways. The four measured features have contaminated normal distributions
 (Tukey 1960): with a small probability a value comes from nowhere in particular, so that a single
 wild one cannot outweigh all that was seen before. And a gesture's value g is taken for what it
-is, the probability that a detector sees the gesture: the gesture is there with a probability q
-that the phase has for it, which makes the value's likelihood q g + (1 - q)(1 - g), the virtual
-evidence of Pearl (1988). For keys, g = 0 or 1, that is Bernoulli's distribution.
+is, the probability that the gesture is there, from a detector that knows how often it is in
+general, r, but not the phase. The phase has a probability q of its own for it, so that the
+general rate has to go out again before q comes in: the likelihood of the value is
+q g / r + (1 - q)(1 - g) / (1 - r), the virtual evidence of Pearl (1988). For keys, g = 0 or 1,
+that is Bernoulli's distribution but for a factor which no phase changes.
 
 A feature that is NaN is unknown and marginalised: it drops out of the product of Algorithm 1,
 line 6.
@@ -22,6 +24,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from kendon.observations import GESTURE_RATES
 from kendon.person import FloatArray
 
 _LOG_2PI = math.log(2 * math.pi)
@@ -42,6 +45,16 @@ class Family(StrEnum):
 
     GAUSSIAN = "gaussian"
     ROBUST = "robust"
+
+
+def gesture_likelihoods(there: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Likelihoods of a gesture that is surely absent, g = 0, and surely present, g = 1.
+
+    Args:
+        there: (..., 3), the probability q that each gesture is there.
+    """
+    rates = np.array(GESTURE_RATES)
+    return (1 - there) / (1 - rates), there / rates
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +80,8 @@ class Emissions:
         terms = np.stack([self.means, -0.5 / self.variances, log_norm], axis=-1)
         if self.family is Family.ROBUST:
             terms[:, :GESTURES_FROM, 2] += math.log1p(-self.outliers)
+            absent, present = gesture_likelihoods(self.means[:, GESTURES_FROM:])
+            terms[:, GESTURES_FROM:, 0], terms[:, GESTURES_FROM:, 1] = absent, present
         rows = tuple(tuple(tuple(term) for term in row) for row in terms.tolist())
         nowhere = (math.log(self.outliers / r) if self.outliers else -math.inf for r in RANGES)
         object.__setattr__(self, "_rows", rows)
@@ -118,8 +133,8 @@ class Emissions:
             if less - more > _LOST:
                 total += math.log1p(math.exp(less - more))
         for i, value in gestures:
-            there = row[i][0]
-            total += math.log(1 - there + (2 * there - 1) * value)
+            absent, present, _ = row[i]
+            total += math.log(absent + (present - absent) * value)
         return total
 
     def log_likelihoods(self, X: FloatArray) -> FloatArray:

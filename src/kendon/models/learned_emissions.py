@@ -20,6 +20,7 @@ import numpy as np
 from kendon.models.em import Chunk, Workspace
 from kendon.models.emissions import GESTURES_FROM, RANGES, Family
 from kendon.models.prior import Parameters
+from kendon.observations import GESTURE_RATES
 from kendon.person import FloatArray
 
 
@@ -78,8 +79,9 @@ def _evaluate_robust(chunk: Chunk, center: FloatArray, parameters: Parameters) -
                 term = exponent + np.log(height)
         else:
             value = chunk.values[f] + center[f]
-            part = mean * value
-            density = part + (1 - mean) * (1 - value)
+            rate = GESTURE_RATES[f - GESTURES_FROM]
+            part = mean * value / rate
+            density = part + (1 - mean) * (1 - value) / (1 - rate)
             part /= density
             first[f], term = part, np.log(density)
         if chunk.known is not None:
