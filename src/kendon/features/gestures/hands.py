@@ -23,10 +23,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
+from operator import sub
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing, logistic
-from kendon.features.gestures.series import ROUNDED, change, quantile, spread
+from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 #: The arm from shoulder to wrist, of a person 1.7 m tall: 0.332 of the stature (Winter 2009) [m].
@@ -40,7 +41,7 @@ FACE_OVER_SHOULDER = 0.145
 NOW = 0.25
 #: A hand is held where it has been for so long, about as long as an arm swing is up [s]. The
 #: turning points of a wave are nearer to each other.
-HOLD = 0.45
+HOLD = 0.5
 #: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
 #: is looked for over as long: one period of a slow wave [s].
 LAST = 0.8
@@ -52,6 +53,10 @@ STRIDE = 1.2
 RAISED, OUT = -0.5, 0.4
 #: Waves turn above this height; a hand that is lower by that much more is on its way down [arms].
 TURNS, FALLS = -0.25, 0.2
+#: How far noise alone seems to go up and down in that time, in its standard deviations.
+FRAYED = 2.0
+#: Shorter gaps are a slow camera's [s].
+GAP = 0.2
 #: Lower than this a hand hangs [arms over the shoulder].
 HANGS = -0.75
 #: Who lifts both hands keeps them this near to where they were highest [arms].
@@ -91,6 +96,7 @@ class HandshakeEvidence(NamedTuple):
     shake: float
     near: float
     level: float
+    steady: float
     parted: float
     fresh: float
 
@@ -102,22 +108,23 @@ UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 
 SWAY = Weighing(0.08, 0.04, -1.0, 3.0)  # to and fro of a hand that is up, standard dev. [arms]
 ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
 APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the robot [arms]
-OPENED = Weighing(0.38, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
+OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
 
 # Handshakes.
 REACH = Weighing(0.50, 0.10, -3.0, 2.0)  # toward the robot [arms]
 HELD_REACH = Weighing(0.40, 0.10, -3.0, 2.0)  # the same, where it is held
 HALFWAY = Weighing(0.35, 0.10, -2.0, 1.5)  # share of the way to the robot the hand is out
-SHAKE = Weighing(0.05, 0.04, -0.3, 1.5)  # up and down of a hand that is out, std. dev. [arms]
+SHAKE = Weighing(0.06, 0.04, -0.7, 1.5)  # up and down of a hand that is out [arms]
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
-LEVEL = Weighing(0.40, -0.10, -3.0, 0.5)  # higher or lower than `CHEST` [arms]
+STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
+LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
 #: A hand that is held up and does not swing greets from afar, not in a talk: what speaks for a
 #: wave is less by so much where a still hand is that near.
-STILL = 3.0
+STILL = 4.0
 
 # Both.
-PARTED = Weighing(0.75, 0.12, -4.0, 1.0)  # wrist from wrist [arms]
+PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
 FRESH = Weighing(1.8, -0.4, -4.0, 0.5)  # up, or out, without a pause for so long [s]
 
 #: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
@@ -211,13 +218,13 @@ class Arm:
         near = NEAR.evidence(distance)
         if max(up) < HANGS * arm:
             return _NO_WAVE, HandshakeEvidence(
-                REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, LEVEL.least, 0.0, 0.0
+                REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, LEVEL.least, 0.0, 0.0, 0.0
             )
         noise = change(length) / arm
         noise_now = noise / math.sqrt(len(up) - now_at)
         # A while of which only the end was seen tells as much less.
         share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
-        long_share = min(1.0, (end - stamps[first]) / LAST)
+        long_share = self._coverage(first, end, LAST)
 
         # A hand that turns is as high, and the forearm as upright, as it just was.
         turning = min(1.0, max(0.0, (up_now - TURNS) / FALLS + 1.0))
@@ -228,12 +235,14 @@ class Arm:
         lasts = long_share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
         swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
         sway = SWAY.evidence(spread(swaying) / arm, noise)
+        flaps = spread([a for a in up if a > RAISED * arm]) / arm
+        stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
         # Who embraces somebody brings the hands together.
         embraces = min(1.0, max(0.0, (EMBRACE - distance) / EMBRACE_SOFTNESS))
         parts = PARTED.evidence(quantile(parted[now_at:], 0.5) / arm, noise_now)
         near_share = near_enough(distance)
-        stirring = -STILL * near_share * min(1.0, max(0.0, 0.5 - sway / 2.0))
-        still_up = _stale(FRESH.evidence(end - self._low), sway / SWAY.most)
+        stirring = -STILL * near_share * (1.0 - stirs)
+        still_up = _excused(FRESH.evidence(end - self._low), stirs)
         if lasts < 0.0 < sway:
             # A hand that comes and goes is an arm swing, however far it goes aside.
             sway *= 1.0 - lasts / LASTING.least
@@ -251,21 +260,27 @@ class Arm:
             alone,
             APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
             OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
-            parts,
+            _excused(parts, stirs),
             still_up,
             stirring,
         )
         shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
-        shake = SHAKE.evidence(spread(shaking) / arm, noise)
+        frayed = FRAYED * noise  # noise alone goes up and down, too
+        shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
+        held = share * HELD_REACH.evidence(_kept(toward[held_at:], LET_GO) / arm, noise_now)
+        if held < 0.0 < shake:
+            # Nor is a hand shaken that swings out and back.
+            shake *= 1.0 - held / HELD_REACH.least
         handshake = HandshakeEvidence(
             REACH.evidence(toward_now, noise_now),
-            share * HELD_REACH.evidence(_kept(toward[held_at:], LET_GO) / arm, noise_now),
+            held,
             HALFWAY.evidence(toward_now * arm / distance, noise_now),
             shake,
             near,
             LEVEL.evidence(abs(up_now - CHEST), noise_now),
-            parts * (1.0 - embraces) if parts < 0.0 else parts,
-            _stale(FRESH.evidence(end - self._back), shake / SHAKE.most),
+            share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
+            _excused(parts, embraces),
+            _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
         )
         return wave, handshake
 
@@ -296,9 +311,13 @@ class Arm:
     def covered(self, end: float) -> float:
         """Which share of the last stride the hand was seen in, from its first frame there on."""
         first = bisect_left(self._t, end - STRIDE - ROUNDED)
-        if first == len(self._t):
-            return 0.0
-        return min(1.0, (end - self._t[first]) / STRIDE)
+        return self._coverage(first, end, STRIDE) if first < len(self._t) else 0.0
+
+    def _coverage(self, first: int, end: float, span: float) -> float:
+        """Which share of a while up to `end` the hand was seen in, from a row on."""
+        stamps = self._t[first:]
+        gap = max(map(sub, stamps[1:], stamps), default=0.0)
+        return max(0.0, min(1.0, (end - stamps[0]) / span) - (gap / span if gap > GAP else 0.0))
 
     def _since(self, begin: float) -> list[_Row]:
         return self._rows[bisect_left(self._t, begin - ROUNDED) :]
@@ -309,9 +328,9 @@ def _kept(values: Sequence[float], share: float) -> float:
     return quantile(values, share) if len(values) > 2 else math.nan
 
 
-def _stale(fresh: float, stirs: float) -> float:
-    """That a hand has been there for long tells as much less as it stirs, at most 1."""
-    return fresh * min(1.0, 1.0 - stirs) if fresh < 0.0 < stirs else fresh
+def _excused(against: float, share: float) -> float:
+    """What speaks against a gesture counts less by a share, at most 1."""
+    return against * min(1.0, 1.0 - share) if against < 0.0 < share else against
 
 
 def near_enough(distance: float) -> float:

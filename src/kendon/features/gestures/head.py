@@ -39,6 +39,8 @@ SMOOTH = 0.1
 STEPS_DOWN = 2
 #: A trunk may bend by so much in walking; what is more it takes from the head's pitch [rad].
 WALKING = math.radians(6)
+#: Who bows bends the neck, too: the pitch changes by so many times as much.
+NECK = 1.5
 #: What goes farther is no nod or toss: farther down it is a dip [rad].
 LARGEST_BEAT = math.radians(24)
 #: The noise that is assumed while there are too few frames to estimate it [rad].
@@ -70,11 +72,11 @@ class NodEvidence(NamedTuple):
     straight: float
 
 
-DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 8.0)  # from the usual [rad]
+DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
 FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the horizontal [rad]
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
-ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 4.0)  # steepest in 0.2 s [rad]
+ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
 TOSS = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # up and back [rad]
 NOD = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
@@ -124,7 +126,7 @@ class Head:
         unsure = noise_now
         if usual != usual:
             usual, unsure = 0.0, math.hypot(noise_now, UNSURE)
-        taken_along = flexion - WALKING if flexion > WALKING else 0.0
+        taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         pitch = quantile(pitches, 0.5)
         # Half a second and more ago, a dip had hardly begun.
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)

@@ -117,6 +117,28 @@ def spread(values: Sequence[float]) -> float:
     return math.sqrt(sum([(value - mean) ** 2 for value in values]) / count)
 
 
+def to_and_fro(values: Sequence[float]) -> float:
+    """How far values go one way and come back, or the other way round; NaN of fewer than four.
+
+    >>> to_and_fro([0.0, 3.0, 5.0, 4.0, 3.0])
+    2.0
+    """
+    if len(values) < 4:
+        return math.nan
+    low = high = values[0]
+    rise = fall = 0.0
+    for value in values:
+        if value < low:
+            low = value
+        elif value > high:
+            high = value
+        if value - low > rise:
+            rise = value - low
+        if high - value > fall:
+            fall = high - value
+    return min(rise, fall)
+
+
 def change(values: Sequence[float]) -> float:
     """The noise of something that stays the same, from one value to the next; 0 when unknown."""
     steps = [abs(b - a) for a, b in pairwise(values)]
