@@ -35,7 +35,7 @@ MADE_OF = {
 #: So much does somebody count who does something else than salute. Every second person drawn
 #: telephones, points or combs their hair, to learn what that looks like; of those who walk up to
 #: a robot fewer do.
-SOMETHING_ELSE = 0.3
+SOMETHING_ELSE = 0.6
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
 #: in two of three, a handshake 1.7 s in three of four, nods or tosses 0.6 s in one of three, a
@@ -44,6 +44,8 @@ PRIORS = {"wave": 0.055, "handshake": 0.08, "nod": 0.025, "dip": 0.04, "bow": 0.
 #: The first and the last stir of a movement, this share of its rise and fall, is neither the
 #: gesture nor something else: nothing is to be seen of it yet.
 STIR = 0.5
+#: Nor is so long after a movement, while it is still in the evidence [s].
+AFTER = 0.3
 #: How strongly a weight is drawn to `USUAL`, as the evidence is written for a weight below 1.
 PULL, USUAL = 0.01, 0.6
 
@@ -57,7 +59,7 @@ def blur(track: Track, rng: np.random.Generator) -> Track:
 
 def shown(movement: Movement, t: float) -> float:
     """1 while a movement is performed, 0 before and after, NaN in its first and last stir."""
-    if not movement.begin <= t < movement.end:
+    if not movement.begin <= t < movement.end + AFTER:
         return 0.0
     begins = movement.begin + STIR * movement.rise
     ends = movement.end - STIR * movement.fall

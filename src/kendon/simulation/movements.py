@@ -233,10 +233,10 @@ def _hug(rng: np.random.Generator, handed: str) -> Movement:
 
 
 def _talk(rng: np.random.Generator, handed: str) -> Movement:
-    """Beats: small strokes of hands held before the belly."""
+    """Beats: small strokes of hands held before the belly, some before the chest."""
     return _held(
         "talk", rng, rng.choice([handed, "lr"]), rate=rng.uniform(0.6, 2.2),
-        size=rng.uniform(0.04, 0.2), height=rng.uniform(-0.6, 0.6), aside=rng.uniform(0, 6),
+        size=rng.uniform(0.04, 0.2), height=rng.uniform(-0.6, 2.0), aside=rng.uniform(0, 6),
     )  # fmt: skip
 
 

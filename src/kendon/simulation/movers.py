@@ -1,14 +1,14 @@
 """Labelled tracks of people who move: to fit and to try gesture detectors on.
 
 Each person stands, walks up, walks past or turns before a robot at the origin, looks at it or
-elsewhere, and performs one movement or none. All ranges are ours: wide, so that what holds here
+elsewhere, and performs one movement or none, a head dip after some. All ranges are ours: wide, so that what holds here
 holds for people elsewhere.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,17 @@ from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement
 
 #: What cameras and motion capture deliver [frames a second].
 RATES = (10.0, 60.0)
+#: Drawn twice as often as other salutations, four times as often as other movements.
+_OFTEN = ("wave", "handshake", "dip", "nod", "toss", "talk")
+#: Every second person's head dips after a distance salutation (thesis 2.1.3), so soon [s].
+_DIPS, _SOON = 0.5, (0.1, 1.0)
+#: How often each is done near the robot, where not in three of ten: people talk near to each
+#: other, and hold up a hand to those who are far.
+_NEAR = {"talk": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "raise": 0.1}
+#: Who closes in stands so far away, and who embraces [m].
+_CLOSE, _EMBRACE = (0.7, 1.4), (0.35, 0.7)
+#: So many swing their arms like joggers.
+_BRISK = 0.2
 _ROBOT_FACE = (0.0, 0.0, 1.2)
 #: Heads turn by so much from the body's heading before the body turns, too [rad].
 _MOST_TURNED = math.radians(75)
@@ -48,8 +59,9 @@ def truth_of(t: FloatArray, movements: tuple[Movement, ...]) -> FloatArray:
 def draw_mover(rng: np.random.Generator, rate: float | None = None) -> Performance:
     """Somebody who performs a movement drawn from all of them, or none at all."""
     kinds = (*MOVEMENTS, "")
-    # As many salutations as not; a wave and a handshake are the most usual ones.
-    odds = np.array([6.0 if k in ("wave", "handshake") else 3.0 if MOVEMENTS[k].gesture else 1.5
+    # Waves and handshakes are the most usual salutations, and talk is what else people do most;
+    # movements of the head are the shortest: there would be little to see of them.
+    odds = np.array([6.0 if k in _OFTEN else 3.0 if MOVEMENTS[k].gesture else 1.5
                      for k in MOVEMENTS] + [9.0])  # fmt: skip
     return perform_movement(str(rng.choice(kinds, p=odds / odds.sum())), rng, rate)
 
@@ -72,9 +84,9 @@ def perform_movement(
     rate = float(np.exp(rng.uniform(*np.log(RATES)))) if rate is None else rate
     if not 0 < rate < math.inf:
         raise ParameterError(f"frames a second must be positive, not {rate}")
-    body = body or draw_body(rng)
+    body = body or _draw_walker(rng)
     closes = kind in ("handshake", "hug")
-    near = closes or (kind in MOVEMENTS and rng.random() < 0.3)
+    near = closes or (kind in MOVEMENTS and rng.random() < _NEAR.get(kind, 0.3))
     drawn: list[Movement] = []
     begin = float(rng.uniform(0.5, 3.0))
     if rng.random() < 0.25:  # something else before
@@ -84,10 +96,15 @@ def perform_movement(
     if kind:
         drawn.append(draw_movement(kind, rng, begin=begin, handed=body.handed, near=near))
         begin = drawn[-1].end
+        if drawn[-1].gesture == "dsal" and rng.random() < _DIPS:
+            later = begin + float(rng.uniform(*_SOON))
+            drawn.append(draw_movement("dip", rng, begin=later, handed=body.handed))
+            begin = drawn[-1].end
     t = np.arange(0.0, begin + rng.uniform(0.5, 3.0), 1 / rate)
     t = t + rng.uniform(0, 0.2 / rate, len(t))  # stamps jitter
-    salutes_at = drawn[-1].begin if drawn else begin
-    speed, way, aside, heading = _way(rng, t, salutes_at, near, closes)
+    salutes_at = next((m.begin for m in reversed(drawn) if m.kind == kind), begin)
+    stop = rng.uniform(*(_EMBRACE if kind == "hug" else _CLOSE if near else (1.8, 6.0)))
+    speed, way, aside, heading = _way(rng, t, salutes_at, float(stop), near, closes)
     # As if the person came along x; turned to where they do come from.
     bearing = float(rng.uniform(-0.7, 0.7))
     c, s = math.cos(bearing), math.sin(bearing)
@@ -109,10 +126,9 @@ def perform_movement(
 
 
 def _way(
-    rng: np.random.Generator, t: FloatArray, salutes: float, near: bool, closes: bool
+    rng: np.random.Generator, t: FloatArray, salutes: float, stop: float, near: bool, closes: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Speed, x and y before a robot that looks along x, and heading of the body over time."""
-    stop = float(rng.uniform(0.7, 1.4)) if near else float(rng.uniform(1.8, 6.0))
     walks = rng.random() < (0.5 if near else 0.65)
     heading, straight = np.full(len(t), math.pi), np.zeros(len(t))
     cruise = float(rng.uniform(0.6, 1.6))
@@ -139,6 +155,15 @@ def _way(
         along = side * (way - way[-1] / 2)
         return speed, straight + stop, along, heading - side * math.pi / 2
     return speed, stop + way[-1] - way, straight, heading
+
+
+def _draw_walker(rng: np.random.Generator) -> Body:
+    """Somebody; some walk with bent elbows, so that their hands swing up to the chest."""
+    body = draw_body(rng)
+    if rng.random() < _BRISK:
+        elbow, swing = float(rng.uniform(0.5, 1.4)), float(rng.uniform(1.0, 2.2))
+        body = replace(body, elbow=elbow, swing=swing)
+    return body
 
 
 def _integral(t: FloatArray, speed: FloatArray) -> FloatArray:

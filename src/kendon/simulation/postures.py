@@ -141,6 +141,7 @@ def _talk(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArr
     turn = 2 * math.pi * m.rate * since
     beats = np.sin(turn + late) + 0.8 * np.sin(0.618 * turn + 2 * late)
     wrist[2] += m.size / 3.6 * beats
+    wrist[0] += m.size / 2 * (1 + np.sin(0.8 * turn + 5 * late)) / 2
     wrist[1] += m.size / 6 * np.sin(0.45 * turn + 3 * late)
     return wrist, (-0.3, 0.5, -1.0)
 

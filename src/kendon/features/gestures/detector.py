@@ -6,12 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from kendon.features.gestures.evidence import either, logistic, posterior
+from kendon.features.gestures.evidence import either, posterior
 from kendon.features.gestures.hands import (
     ARM,
     Arm,
     HandshakeEvidence,
     WaveEvidence,
+    near_enough,
     shoulder_of,
 )
 from kendon.features.gestures.head import DipEvidence, Head, NodEvidence
@@ -19,10 +20,6 @@ from kendon.features.gestures.trunk import BowEvidence, Trunk
 from kendon.features.gestures.weights import WEIGHTS
 from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 
-#: Two arms' reach and a little lean: nearer than this a salutation is a close one [m].
-HANDSHAKE_DISTANCE = 1.3
-#: How soft that border is [m].
-SOFTNESS = 0.12
 #: How long a new estimate of the arm's length takes to count [intervals].
 SLOWNESS = 5.0
 
@@ -76,13 +73,14 @@ class GestureDetector:
             return
         known = joints.get
         left, right = known("l_shoulder", UNKNOWN_POINT), known("r_shoulder", UNKNOWN_POINT)
+        left_wrist, right_wrist = known("l_wrist", UNKNOWN_POINT), known("r_wrist", UNKNOWN_POINT)
         self._left.add(
             t, shoulder_of(left, right, head),
-            known("l_elbow", UNKNOWN_POINT), known("l_wrist", UNKNOWN_POINT), head,
+            known("l_elbow", UNKNOWN_POINT), left_wrist, head, right_wrist,
         )  # fmt: skip
         self._right.add(
             t, shoulder_of(right, left, head),
-            known("r_elbow", UNKNOWN_POINT), known("r_wrist", UNKNOWN_POINT), head,
+            known("r_elbow", UNKNOWN_POINT), right_wrist, head, left_wrist,
         )  # fmt: skip
         hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
         self._trunk.add(t, head, left, right, hips)
@@ -125,9 +123,7 @@ class GestureDetector:
         if wave != wave and not salutation > 0.5:
             # Most salutations are made with the hands: a head that does nothing says little.
             salutation = math.nan
-        close = logistic((HANDSHAKE_DISTANCE - distance) / SOFTNESS)
-        if close != close:
-            close = 0.5
+        close = near_enough(distance)
         return Gestures(
             dsal=salutation * (1.0 - close),
             csal=either(salutation * close, handshake),

@@ -5,11 +5,14 @@ and how far across, and by how upright the forearm is. All of it is relative to 
 that neither the robot's motion nor a walk is taken for a gesture.
 
 A wave is a hand held up beside the head, forearm upright, mostly swinging to and fro once to
-three times a second. What looks like it for a moment is the arm swing of a brisk walk: there the
-hand comes up for less than half a second, and the other hand has just been as high. A hand at the
-hair, the face or a telephone is as high, but stays close to the head. A handshake is a hand held
-out to the partner between waist and chest, to about halfway, and shaken up and down; an arm that
-swings forward in a walk goes back soon.
+three times a second; at the turning points of a wide one the forearm lies level for a moment.
+What looks like it for a moment is the arm swing of a brisk walk: there the hand comes up for less
+than half a second, and the other hand has just been as high. A handshake is a hand held out to
+the partner between waist and chest, to about halfway, and shaken up and down; an arm that swings
+forward in a walk goes back soon.
+
+Who talks holds up hands, too. Those are held together or near the own face and shoulder, or stay
+up for long without stirring, which no salutation does.
 
 Lengths are in units of the arm, shoulder to wrist. How sure the joints are is told by the bones:
 their lengths do not change, so what changes in them is the noise of the joints.
@@ -19,10 +22,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Sequence
+from operator import sub
 from typing import NamedTuple
 
-from kendon.features.gestures.evidence import Weighing
-from kendon.features.gestures.series import ROUNDED, change, quantile, spread
+from kendon.features.gestures.evidence import Weighing, logistic
+from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 #: The arm from shoulder to wrist, of a person 1.7 m tall: 0.332 of the stature (Winter 2009) [m].
@@ -34,8 +39,9 @@ FACE_OVER_SHOULDER = 0.145
 
 #: Where the hand is is told by the median of so long [s].
 NOW = 0.25
-#: A hand is held where it has been for so long, about as long as an arm swing is up [s].
-HOLD = 0.45
+#: A hand is held where it has been for so long, about as long as an arm swing is up [s]. The
+#: turning points of a wave are nearer to each other.
+HOLD = 0.5
 #: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
 #: is looked for over as long: one period of a slow wave [s].
 LAST = 0.8
@@ -45,8 +51,23 @@ LET_GO = 0.25
 STRIDE = 1.2
 #: Hands are up, or out, from here on [arms over the shoulder, arms before it].
 RAISED, OUT = -0.5, 0.4
+#: Waves turn above this height; a hand that is lower by that much more is on its way down [arms].
+TURNS, FALLS = -0.25, 0.2
+#: How far noise alone seems to go up and down in that time, in its standard deviations.
+FRAYED = 2.0
+#: Shorter gaps are a slow camera's [s].
+GAP = 0.2
+#: Lower than this a hand hangs [arms over the shoulder].
+HANGS = -0.75
 #: Who lifts both hands keeps them this near to where they were highest [arms].
 TOGETHER = 0.15
+#: Handshakes are so high [arms over the shoulder].
+CHEST = -0.35
+#: Two arms' reach and a little lean: nearer than this a salutation is a close one, and how soft
+#: that border is [m].
+HANDSHAKE_DISTANCE, SOFTNESS = 1.3, 0.12
+#: Nearer than this people embrace, and how soft that border is [m].
+EMBRACE, EMBRACE_SOFTNESS = 0.75, 0.25
 #: So long a row is kept [s]; it is let go of when twice as old.
 KEPT = 1.5 * STRIDE
 
@@ -60,6 +81,10 @@ class WaveEvidence(NamedTuple):
     sway: float
     alone: float
     apart: float
+    opened: float
+    parted: float
+    fresh: float
+    stirring: float
 
 
 class HandshakeEvidence(NamedTuple):
@@ -70,27 +95,48 @@ class HandshakeEvidence(NamedTuple):
     halfway: float
     shake: float
     near: float
+    level: float
+    steady: float
+    parted: float
+    fresh: float
 
 
 # Waves.
-HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.0)  # of the wrist over the shoulder [arms]
-LASTING = Weighing(-0.45, 0.12, -2.0, 2.0)  # the same, where it lasts
+HEIGHT = Weighing(-0.25, 0.15, -3.0, 4.0)  # of the wrist over the shoulder [arms]
+LASTING = Weighing(-0.40, 0.10, -2.0, 2.5)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
 SWAY = Weighing(0.08, 0.04, -1.0, 3.0)  # to and fro of a hand that is up, standard dev. [arms]
 ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
 APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the robot [arms]
+OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
 
 # Handshakes.
 REACH = Weighing(0.50, 0.10, -3.0, 2.0)  # toward the robot [arms]
 HELD_REACH = Weighing(0.40, 0.10, -3.0, 2.0)  # the same, where it is held
 HALFWAY = Weighing(0.35, 0.10, -2.0, 1.5)  # share of the way to the robot the hand is out
-SHAKE = Weighing(0.05, 0.04, -0.3, 1.5)  # up and down of a hand that is out, std. dev. [arms]
+SHAKE = Weighing(0.06, 0.04, -0.7, 1.5)  # up and down of a hand that is out [arms]
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
+STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
+LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
+
+#: A hand that is held up and does not swing greets from afar, not in a talk: what speaks for a
+#: wave is less by so much where a still hand is that near.
+STILL = 4.0
+
+# Both.
+PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
+FRESH = Weighing(1.8, -0.4, -4.0, 0.5)  # up, or out, without a pause for so long [s]
 
 #: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
-#: forearm's elevation, length of both bones together [m], wrist from the face [m].
-_Row = tuple[float, float, float, float, float, float]
-_UP, _TOWARD, _ACROSS, _FOREARM, _LENGTH, _APART = range(6)
+#: forearm's elevation, length of both bones together [m], wrist from the face, from the shoulder
+#: and from the other wrist [m].
+_Row = tuple[float, float, float, float, float, float, float, float]
+_LENGTH = 4
+
+#: Of a hand that hangs all is said.
+_NO_WAVE = WaveEvidence(
+    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0
+)
 
 
 class Arm:
@@ -99,14 +145,18 @@ class Arm:
     def __init__(self) -> None:
         self._t: list[float] = []  # [s]
         self._rows: list[_Row] = []
+        self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
         self._t.clear()
         self._rows.clear()
+        self._low = self._back = math.inf  # [s], when the hand was last down, and last not out
 
-    def add(self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3) -> None:
-        """Take in the joints and the face at an instant; NaN where they are not known."""
+    def add(
+        self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3, other: Vec3
+    ) -> None:
+        """Take in the joints, the face and the other wrist at an instant; NaN when unknown."""
         sx, sy, sz = shoulder
         wx, wy, wz = wrist
         up = wz - sz
@@ -118,9 +168,11 @@ class Arm:
             del stamps[:old], self._rows[:old]
         ex, ey, ez = elbow
         hx, hy, hz = head
+        ox, oy, oz = other
         dx, dy = wx - sx, wy - sy
         ax, ay, az = wx - ex, wy - ey, wz - ez
         bx, by, bz = ex - sx, ey - sy, ez - sz
+        ox, oy, oz = ox - wx, oy - wy, oz - wz
         way = math.sqrt(sx * sx + sy * sy) or math.nan
         lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
         beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
@@ -133,6 +185,8 @@ class Arm:
                 az / lower,
                 lower + math.sqrt(bx * bx + by * by + bz * bz),
                 math.sqrt(beside * beside + above * above),
+                math.sqrt(dx * dx + dy * dy + up * up),
+                math.sqrt(ox * ox + oy * oy + oz * oz),
             )
         )
 
@@ -144,7 +198,7 @@ class Arm:
     def evidence(
         self, end: float, since: float, arm: float, other: Arm, distance: float
     ) -> tuple[WaveEvidence, HandshakeEvidence]:
-        """What this hand does in an interval in which it is seen.
+        """What this hand does in an interval in which it is seen; asked of intervals in order.
 
         Args:
             end: of the interval [s].
@@ -153,26 +207,47 @@ class Arm:
             other: the other arm.
             distance: of the person from the robot; NaN when unknown [m].
         """
-        begin = min(end - NOW, since)
-        now, held, lasting = self._since(begin), self._since(end - HOLD), self._since(end - LAST)
-        noise = change([row[_LENGTH] for row in lasting]) / arm
-        noise_now = noise / math.sqrt(len(now))
+        stamps = self._t
+        first = bisect_left(stamps, min(end - LAST, since) - ROUNDED)
+        held_at = bisect_left(stamps, end - HOLD - ROUNDED, first) - first
+        now_at = bisect_left(stamps, min(end - NOW, since) - ROUNDED, first) - first
+        columns = tuple(zip(*self._rows[first:], strict=True))
+        up, toward, across, forearm, length, apart, opened, parted = columns
+        up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
+        self._watch(stamps[first], end, up_now, toward_now)
+        near = NEAR.evidence(distance)
+        if max(up) < HANGS * arm:
+            return _NO_WAVE, HandshakeEvidence(
+                REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, LEVEL.least, 0.0, 0.0, 0.0
+            )
+        noise = change(length) / arm
+        noise_now = noise / math.sqrt(len(up) - now_at)
         # A while of which only the end was seen tells as much less.
-        held_share, lasting_share = self._covered(end, HOLD), self._covered(end, LAST)
+        share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
+        long_share = self._coverage(first, end, LAST)
 
-        height = quantile([row[_UP] for row in now], 0.5) / arm
-        forearm = quantile([row[_FOREARM] for row in now], 0.5)
-        swaying = [row[_ACROSS] for row in lasting if row[_UP] > RAISED * arm]
-        apart = quantile([row[_APART] for row in lasting], 1.0 - LET_GO) / arm
-        lasts = lasting_share * LASTING.evidence(
-            _kept([row[_UP] for row in lasting]) / arm, noise_now
-        )
+        # A hand that turns is as high, and the forearm as upright, as it just was.
+        turning = min(1.0, max(0.0, (up_now - TURNS) / FALLS + 1.0))
+        height, upright = up_now, quantile(forearm[now_at:], 0.5)
+        if turning:
+            height += turning * max(0.0, _kept(up[held_at:], 1.0 - LET_GO) / arm - height)
+            upright += turning * max(0.0, _kept(forearm[held_at:], 1.0 - LET_GO) - upright)
+        lasts = long_share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
+        swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
         sway = SWAY.evidence(spread(swaying) / arm, noise)
+        flaps = spread([a for a in up if a > RAISED * arm]) / arm
+        stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
+        # Who embraces somebody brings the hands together.
+        embraces = min(1.0, max(0.0, (EMBRACE - distance) / EMBRACE_SOFTNESS))
+        parts = PARTED.evidence(quantile(parted[now_at:], 0.5) / arm, noise_now)
+        near_share = near_enough(distance)
+        stirring = -STILL * near_share * (1.0 - stirs)
+        still_up = _excused(FRESH.evidence(end - self._low), stirs)
         if lasts < 0.0 < sway:
             # A hand that comes and goes is an arm swing, however far it goes aside.
             sway *= 1.0 - lasts / LASTING.least
         alone = other.covered(end) * ALONE.evidence(
-            height - other.swung(begin, end, arm), noise_now
+            height - other.swung(end - NOW, end, arm), noise_now
         )
         if alone < 0.0 < lasts:
             # A hand that lasts is no arm swing, however high the other one swings.
@@ -180,22 +255,42 @@ class Arm:
         wave = WaveEvidence(
             HEIGHT.evidence(height, noise_now),
             lasts,
-            UPRIGHT.evidence(forearm, 2.0 * noise_now),
+            UPRIGHT.evidence(upright, 2.0 * noise_now),
             sway,
             alone,
-            APART.evidence(apart, noise_now),
+            APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
+            OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
+            _excused(parts, stirs),
+            still_up,
+            stirring,
         )
-        reach = quantile([row[_TOWARD] for row in now], 0.5)
-        shaking = [row[_UP] for row in lasting if row[_TOWARD] > OUT * arm]
+        shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
+        frayed = FRAYED * noise  # noise alone goes up and down, too
+        shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
+        held = share * HELD_REACH.evidence(_kept(toward[held_at:], LET_GO) / arm, noise_now)
+        if held < 0.0 < shake:
+            # Nor is a hand shaken that swings out and back.
+            shake *= 1.0 - held / HELD_REACH.least
         handshake = HandshakeEvidence(
-            REACH.evidence(reach / arm, noise_now),
-            held_share
-            * HELD_REACH.evidence(_kept([row[_TOWARD] for row in held]) / arm, noise_now),
-            HALFWAY.evidence(reach / distance, noise_now),
-            SHAKE.evidence(spread(shaking) / arm, noise),
-            NEAR.evidence(distance),
+            REACH.evidence(toward_now, noise_now),
+            held,
+            HALFWAY.evidence(toward_now * arm / distance, noise_now),
+            shake,
+            near,
+            LEVEL.evidence(abs(up_now - CHEST), noise_now),
+            share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
+            _excused(parts, embraces),
+            _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
         )
         return wave, handshake
+
+    def _watch(self, first: float, end: float, up: float, toward: float) -> None:
+        """Keep in mind when the hand was last down and last not out; nothing before it is seen."""
+        new = end - first < LAST / 2
+        if up < RAISED or self._low > end or new:
+            self._low = end if up < RAISED else first
+        if toward < OUT or self._back > end or new:
+            self._back = end if toward < OUT else first
 
     def seen(self, since: float) -> bool:
         """Whether the hand has been seen from an instant on."""
@@ -209,27 +304,39 @@ class Arm:
         """
         if not self._t or end - self._t[0] < STRIDE / 2:
             return math.nan
-        highest = quantile([row[_UP] for row in self._since(end - STRIDE)], 0.9) / arm
-        now = quantile([row[_UP] for row in self._since(begin)], 0.5) / arm
+        highest = quantile([row[0] for row in self._since(end - STRIDE)], 0.9) / arm
+        now = quantile([row[0] for row in self._since(begin)], 0.5) / arm
         return math.nan if now > max(highest - TOGETHER, RAISED) else highest
 
     def covered(self, end: float) -> float:
         """Which share of the last stride the hand was seen in, from its first frame there on."""
-        return self._covered(end, STRIDE)
+        first = bisect_left(self._t, end - STRIDE - ROUNDED)
+        return self._coverage(first, end, STRIDE) if first < len(self._t) else 0.0
 
-    def _covered(self, end: float, span: float) -> float:
-        first = bisect_left(self._t, end - span - ROUNDED)
-        if first == len(self._t):
-            return 0.0
-        return min(1.0, (end - self._t[first]) / span)
+    def _coverage(self, first: int, end: float, span: float) -> float:
+        """Which share of a while up to `end` the hand was seen in, from a row on."""
+        stamps = self._t[first:]
+        gap = max(map(sub, stamps[1:], stamps), default=0.0)
+        return max(0.0, min(1.0, (end - stamps[0]) / span) - (gap / span if gap > GAP else 0.0))
 
     def _since(self, begin: float) -> list[_Row]:
         return self._rows[bisect_left(self._t, begin - ROUNDED) :]
 
 
-def _kept(values: list[float]) -> float:
-    """What nearly all of the values reach; NaN of too few to tell."""
-    return quantile(values, LET_GO) if len(values) > 2 else math.nan
+def _kept(values: Sequence[float], share: float) -> float:
+    """What a share of the values lies below; NaN of too few to tell."""
+    return quantile(values, share) if len(values) > 2 else math.nan
+
+
+def _excused(against: float, share: float) -> float:
+    """What speaks against a gesture counts less by a share, at most 1."""
+    return against * min(1.0, 1.0 - share) if against < 0.0 < share else against
+
+
+def near_enough(distance: float) -> float:
+    """How surely a person is near enough for a close salutation; one half when unknown [m]."""
+    near = logistic((HANDSHAKE_DISTANCE - distance) / SOFTNESS)
+    return near if near == near else 0.5
 
 
 def shoulder_of(own: Vec3, other: Vec3, head: Vec3) -> Vec3:

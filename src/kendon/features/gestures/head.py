@@ -2,22 +2,29 @@
 
 The pitch is taken from the person's own recent way of holding the head, since cameras are
 mounted askew and people look at the ground while they walk. A dip goes down by more than twenty
-degrees and comes up within a second, straight ahead; a look aside turns the head. A nod is small,
-quick and repeated; a toss goes up and comes back. A bow is none of them: there the trunk takes
-the head along.
+degrees within a third of a second and comes up within a second; the neck bends, not the trunk. Who
+looks down at something takes longer, stays there, and mostly turns the head meanwhile. A nod is
+small, quick and repeated; a toss goes up and comes back. A bow is none of them: there the trunk
+takes the head along.
+
+A head whose pitch is noisy is looked at for longer.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing
 from kendon.features.gestures.series import Series, quantile
 from kendon.geometry import Quaternion, Vec3, wrap_angle
 
-#: The pitch now is the median of so long [s].
-NOW = 0.2
+#: The pitch now is the median of so long [s], and of so much longer the noisier it is.
+NOW, LONGER = 0.1, 0.15
+#: At this noise it is the longest [rad].
+NOISY = math.radians(6)
 #: A head is held as it was in the median from this long ago until this long ago [s].
 HELD_FROM, HELD_UNTIL = 2.4, 0.4
 #: So much must be known for that [s].
@@ -28,14 +35,20 @@ UNSURE = math.radians(12)
 BEAT = 0.8
 #: A beat of the head is smoothed over so long: a third of a quick nod [s].
 SMOOTH = 0.1
+#: So many times as long a dip takes to go down, or most of it.
+STEPS_DOWN = 2
 #: A trunk may bend by so much in walking; what is more it takes from the head's pitch [rad].
-WALKING = math.radians(8)
-#: What goes farther down and comes back is a dip, no nod [rad].
-DEEPEST_NOD = math.radians(22)
+WALKING = math.radians(6)
+#: Who bows bends the neck, too: the pitch changes by so many times as much.
+NECK = 1.5
+#: What goes farther is no nod or toss: farther down it is a dip [rad].
+LARGEST_BEAT = math.radians(24)
 #: The noise that is assumed while there are too few frames to estimate it [rad].
 PRIOR_NOISE = math.radians(5)
 #: Standard error of a median over that of the mean, for normal noise.
 INEFFICIENCY = 1.25
+#: From so many steps on there may be a beat.
+LEAST_STEPS = 4
 #: The middle of nine normal values lies so many standard deviations from the least of them, and
 #: what is before and behind it about as many the other way.
 EXTREMES = 2.0
@@ -46,8 +59,9 @@ class DipEvidence(NamedTuple):
 
     down: float
     floor: float
-    aside: float
+    turned: float
     brief: float
+    onset: float
 
 
 class NodEvidence(NamedTuple):
@@ -55,14 +69,17 @@ class NodEvidence(NamedTuple):
 
     up: float
     down: float
+    straight: float
 
 
-DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 8.0)  # from the usual [rad]
+DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
 FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the horizontal [rad]
-ASIDE = Weighing(math.radians(15), math.radians(-6.0), -3.0, 1.0)  # from the usual yaw [rad]
+TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
+ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
 TOSS = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # up and back [rad]
 NOD = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # down and back [rad]
+STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
 
 
 class Head:
@@ -100,49 +117,69 @@ class Head:
             since: its first frame [s].
             flexion: how far the trunk is bent forward from its usual way; NaN when unknown [rad].
         """
-        begin = min(end - NOW, since)
-        pitches = self._pitch.since(begin)
         jitter = self._pitch.jitter(end - 1.0)
         noise = jitter if jitter == jitter else PRIOR_NOISE
+        begin = end - NOW - LONGER * min(1.0, noise / NOISY)
+        pitches = self._pitch.since(begin) or self._pitch.since(since)
         noise_now = INEFFICIENCY * noise / math.sqrt(len(pitches))
         usual = self._pitch.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
         unsure = noise_now
         if usual != usual:
             usual, unsure = 0.0, math.hypot(noise_now, UNSURE)
-        taken_along = flexion - WALKING if flexion > WALKING else 0.0
+        taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         pitch = quantile(pitches, 0.5)
         # Half a second and more ago, a dip had hardly begun.
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
-        yaw = quantile(self._yaw.since(begin), 0.5)
-        usual_yaw = self._yaw.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
+        yaws = self._yaw.since(begin) or self._yaw.since(since)
+        turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
+        steps, unsure_step = self._steps(end, noise)
+        onset = max(
+            (b - a for a, b in zip(steps, steps[STEPS_DOWN:], strict=False)), default=math.nan
+        )
         dip = DipEvidence(
             DOWN.evidence(pitch - usual - taken_along, unsure),
             FLOOR.evidence(pitch - taken_along, noise_now),
-            ASIDE.evidence(abs(yaw - usual_yaw), noise_now),
+            TURNED.evidence(abs(turned), 2.0 * noise_now),
             BRIEF.evidence(before - usual, unsure),
+            ONSET.evidence(onset - taken_along - EXTREMES * unsure_step, unsure_step),
         )
-        up, down, unsure = self._beat(end, noise)
-        return dip, NodEvidence(TOSS.evidence(up, unsure), NOD.evidence(down, unsure))
+        up, down = _beat(steps)
+        up, down = max(0.0, up - EXTREMES * unsure_step), max(0.0, down - EXTREMES * unsure_step)
+        nod = NodEvidence(
+            TOSS.evidence(up if up < LARGEST_BEAT else 0.0, unsure_step),
+            NOD.evidence(down if down < LARGEST_BEAT else 0.0, unsure_step),
+            STRAIGHT.evidence(self._yaw.range(end - BEAT - SMOOTH), 2.0 * noise),
+        )
+        return dip, nod
 
-    def _beat(self, end: float, noise: float) -> tuple[float, float, float]:
-        """How far the head went up and came back, and down and back, in the last beat [rad].
+    def _steps(self, end: float, noise: float) -> tuple[list[float], float]:
+        """The pitch in the last beat, step by step of `SMOOTH`, and its standard error [rad]."""
+        first, values = self._pitch.first(end - BEAT - SMOOTH), self._pitch.values
+        steps, count = [], len(values) - first
+        for k in range(round(BEAT / SMOOTH), -1, -1):
+            last = self._pitch.first(end - k * SMOOTH) if k else len(values)
+            if last > first:
+                steps.append(quantile(values[first:last], 0.5))
+            first = last
+        if len(steps) < LEAST_STEPS:
+            return [], 0.0
+        return steps, INEFFICIENCY * noise * math.sqrt(len(steps) / count)
 
-        Behind them what noise there is in them. The extremes of noise are a beat, too: that much
-        is taken off.
-        """
-        count = round(BEAT / SMOOTH)
-        steps = [
-            self._pitch.between(end - (k + 1) * SMOOTH, end - k * SMOOTH)
-            for k in range(count, -1, -1)
-        ]
-        known = [quantile(step, 0.5) for step in steps if step]
-        if len(known) < 4:
-            return math.nan, math.nan, 0.0
-        unsure = INEFFICIENCY * noise * math.sqrt(len(known) / sum(map(len, steps)))
-        up = down = 0.0
-        for i in range(1, len(known) - 1):
-            before, after = known[:i], known[i + 1 :]
-            up = max(up, min(max(before), max(after)) - known[i])
-            down = max(down, known[i] - max(min(before), min(after)))
-        up, down = max(0.0, up - EXTREMES * unsure), max(0.0, down - EXTREMES * unsure)
-        return up, down if down < DEEPEST_NOD else 0.0, unsure
+
+def _beat(steps: Sequence[float]) -> tuple[float, float]:
+    """How far the head went up and came back, and down and back; NaN when unknown [rad]."""
+    if not steps:
+        return math.nan, math.nan
+    up = down = 0.0
+    highest_before = lowest_before = steps[0]
+    # From each step on: the farthest down and up the pitch comes afterwards.
+    lowest_after = list(accumulate(reversed(steps), min))[::-1]
+    highest_after = list(accumulate(reversed(steps), max))[::-1]
+    for step, low, high in zip(steps[1:-1], lowest_after[2:], highest_after[2:], strict=True):
+        up = max(up, min(highest_before, high) - step)
+        down = max(down, step - max(lowest_before, low))
+        if step > highest_before:
+            highest_before = step
+        elif step < lowest_before:
+            lowest_before = step
+    return up, down

@@ -11,6 +11,8 @@ from itertools import pairwise
 KEPT = 3.2
 #: Stamps are rounded to milliseconds or finer in files [s].
 ROUNDED = 1e-3
+#: So many values tell well enough what is usual.
+ENOUGH = 20
 #: The median of the absolute value of a standard normal variable, and its lower quartile.
 MEDIAN, QUARTILE = 0.6745, 0.3186
 
@@ -40,6 +42,10 @@ class Series:
         stamps.append(t)
         self.values.append(value)
 
+    def first(self, begin: float) -> int:
+        """The place of the first value from an instant on [s]."""
+        return bisect_left(self.t, begin - ROUNDED)
+
     def since(self, begin: float) -> list[float]:
         """The values from an instant on [s]."""
         return self.values[bisect_left(self.t, begin - ROUNDED) :]
@@ -54,10 +60,19 @@ class Series:
         return bool(self.t) and self.t[-1] >= since - ROUNDED
 
     def usual(self, begin: float, end: float, least: float) -> float:
-        """The median between two instants; NaN where less than `least` before the end is known."""
+        """The median between two instants; NaN where less than `least` before the end is known.
+
+        Of many values every second or third will do: what is usual is no matter of single frames.
+        """
         if not self.t or end - self.t[0] < least:
             return math.nan
-        return quantile(self.between(begin, end), 0.5)
+        values = self.between(begin, end)
+        return quantile(values[:: 1 + len(values) // ENOUGH], 0.5)
+
+    def range(self, begin: float) -> float:
+        """What most of the values from an instant on lie within: from tenth to tenth."""
+        values = self.since(begin)
+        return quantile(values, 0.9) - quantile(values, 0.1)
 
     def jitter(self, begin: float) -> float:
         """The standard deviation of values around a smooth course, from an instant on.
@@ -81,10 +96,12 @@ def quantile(values: Sequence[float], share: float) -> float:
     >>> quantile([3.0, 1.0, 2.0, 5.0, 4.0], 0.25)
     2.0
     """
-    ordered = [value for value in values if value == value]
+    whole = sum(values)
+    if whole != whole:  # sorting would be lost on NaN
+        values = [value for value in values if value == value]
+    ordered = sorted(values)
     if not ordered:
         return math.nan
-    ordered.sort()
     place = share * (len(ordered) - 1)
     low = int(place)
     rest = place - low
@@ -92,13 +109,34 @@ def quantile(values: Sequence[float], share: float) -> float:
 
 
 def spread(values: Sequence[float]) -> float:
-    """The standard deviation of values; of the known ones, NaN of fewer than four."""
-    known = [value for value in values if value == value]
-    count = len(known)
+    """The standard deviation of known values; NaN of fewer than four."""
+    count = len(values)
     if count < 4:
         return math.nan
-    mean = sum(known) / count
-    return math.sqrt(sum([(value - mean) ** 2 for value in known]) / count)
+    mean = sum(values) / count
+    return math.sqrt(sum([(value - mean) ** 2 for value in values]) / count)
+
+
+def to_and_fro(values: Sequence[float]) -> float:
+    """How far values go one way and come back, or the other way round; NaN of fewer than four.
+
+    >>> to_and_fro([0.0, 3.0, 5.0, 4.0, 3.0])
+    2.0
+    """
+    if len(values) < 4:
+        return math.nan
+    low = high = values[0]
+    rise = fall = 0.0
+    for value in values:
+        if value < low:
+            low = value
+        elif value > high:
+            high = value
+        if value - low > rise:
+            rise = value - low
+        if high - value > fall:
+            fall = high - value
+    return min(rise, fall)
 
 
 def change(values: Sequence[float]) -> float:

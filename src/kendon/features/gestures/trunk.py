@@ -14,7 +14,7 @@ from kendon.features.gestures.series import Series, change, quantile
 from kendon.geometry import Vec3
 
 #: The trunk now is the median of so long [s].
-NOW = 0.25
+NOW = 0.15
 #: A person's usual way is the median from this long ago until this long ago [s].
 HELD_FROM, HELD_UNTIL = 3.0, 0.6
 #: So much must be known for that [s].
@@ -28,8 +28,8 @@ class BowEvidence(NamedTuple):
     drop: float
 
 
-FLEXION = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
-DROP = Weighing(0.08, 0.025, -2.0, 3.0)  # of the face, from the usual [m]
+FLEXION = Weighing(math.radians(13), math.radians(2.5), -4.0, 5.0)  # from the usual [rad]
+DROP = Weighing(0.06, 0.02, -1.0, 3.0)  # of the face, from the usual [m]
 
 
 class Trunk:
