@@ -34,7 +34,8 @@ class Greeter:
     aside: float  # [m], by which the way misses the robot's centre
     height: float  # [m], of the face
     speed: float  # [m/s]
-    acceleration: float  # [m/s^2], setting off and stopping
+    acceleration: float  # [m/s^2], setting off
+    braking: float  # [m/s^2], coming to a stop
     stop: float  # [m] from the robot
     sighting: float  # how long they stand before they set off
     pause_at: float  # [m] from the robot; NaN = they walk through
@@ -63,13 +64,15 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
     speed = float(np.clip(rng.normal(1.2, 0.2), 0.7, 1.9))  # 3.4: medium to slow
     # Walkers reach their speed at the end of the first step (Breniere and Do 1986), some 0.5 s.
     acceleration = float(speed / rng.uniform(0.3, 0.7))
+    # Toward a person they brake over the last steps, as gap closures in general are: gently.
+    braking = float(speed / rng.uniform(0.5, 1.8))  # ours
     sighting = float(np.clip(rng.gamma(4, 0.2), 0.3, 2.0))  # 3.4: 0.5 s; people hold it longer
     final = float(rng.normal(3.0, 0.1))  # 2.1.5: less than 3 m
     pauses = rng.random() < 0.05 and start > 4.5  # ours: some hesitate on the way
     pause_at = float(rng.uniform(3.5, start - 0.5)) if pauses else math.nan
     pause = float(rng.uniform(0.4, 1.5))
 
-    walk = Walk(start, stop, speed, acceleration, sighting, pause_at, pause)
+    walk = Walk(start, stop, speed, acceleration, braking, sighting, pause_at, pause)
     arrival, border = walk.arrival, walk.time_at(final)
     # 2.1.2, 3.4: ten in a hundred salute before they set off, twenty in the final approach, the
     # others on the way; in the videos 18 of 33 salute at all (table 3.2).
@@ -93,6 +96,7 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         height=float(np.clip(rng.normal(1.55, 0.1), 1.2, 1.9)),
         speed=speed,
         acceleration=acceleration,
+        braking=braking,
         stop=stop,
         sighting=sighting,
         pause_at=pause_at,
@@ -122,7 +126,9 @@ def perform(
     person gets a body (`joints`), moves, and leaves it to detectors to find the gestures.
     """
     g = greeter
-    walk = Walk(g.start, g.stop, g.speed, g.acceleration, g.sighting, g.pause_at, g.pause)
+    walk = Walk(
+        g.start, g.stop, g.speed, g.acceleration, g.braking, g.sighting, g.pause_at, g.pause
+    )
     closes = walk.arrival + g.closing
     t = np.arange(0.0, closes + g.close, 1 / RATE)
     way = walk.distance(t)

@@ -17,7 +17,8 @@ class Walk:
     start: float  # [m] from the robot
     stop: float  # [m] from the robot
     speed: float  # [m/s]
-    acceleration: float  # [m/s^2], setting off and stopping
+    acceleration: float  # [m/s^2], setting off
+    braking: float  # [m/s^2], coming to a stop
     sighting: float  # [s], how long they stand first
     pause_at: float  # [m] from the robot; NaN = they walk through
     pause: float  # [s]
@@ -31,11 +32,15 @@ class Walk:
         second = self.sighting + self._seconds(first) + self.pause
         return [(self.sighting, first), (second, self.pause_at - self.stop)]
 
+    def _top(self, length: float) -> float:
+        """The highest speed on a leg that begins and ends at rest [m/s]."""
+        return min(self.speed, math.sqrt(2 * length / (1 / self.acceleration + 1 / self.braking)))
+
     def _seconds(self, length: float) -> float:
-        """How long a leg takes that begins and ends at rest."""
-        ramp = min(self.speed / self.acceleration, math.sqrt(length / self.acceleration))
-        top = ramp * self.acceleration
-        return 2 * ramp + (length - top * ramp) / top
+        """How long such a leg takes."""
+        top = self._top(length)
+        ramps = top / self.acceleration + top / self.braking
+        return ramps + (length - top * ramps / 2) / top
 
     @property
     def arrival(self) -> float:
@@ -47,14 +52,13 @@ class Walk:
         """How far from the robot the person is at times t."""
         gone = np.zeros_like(t)
         for begin, length in self._legs:
-            whole = self._seconds(length)
-            ramp = min(self.speed / self.acceleration, whole / 2)
+            whole, top = self._seconds(length), self._top(length)
+            up, down = top / self.acceleration, top / self.braking
             since = (t - begin).clip(0, whole)
-            early, late = np.minimum(since, ramp), np.maximum(since - (whole - ramp), 0)
-            cruise = (since - ramp).clip(0, whole - 2 * ramp)
-            top = ramp * self.acceleration
+            early, late = np.minimum(since, up), np.maximum(since - (whole - down), 0)
+            cruise = (since - up).clip(0, whole - up - down)
             gone += self.acceleration * early**2 / 2 + top * cruise
-            gone += top * late - self.acceleration * late**2 / 2
+            gone += top * late - self.braking * late**2 / 2
         return self.start - gone
 
     def time_at(self, distance: float) -> float:
