@@ -35,7 +35,7 @@ MADE_OF = {
 #: So much does somebody count who does something else than salute. Every second person drawn
 #: telephones, points or combs their hair, to learn what that looks like; of those who walk up to
 #: a robot fewer do.
-SOMETHING_ELSE = 0.6
+SOMETHING_ELSE = 0.5
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
 #: in two of three, a handshake 1.7 s in three of four, nods or tosses 0.6 s in one of three, a

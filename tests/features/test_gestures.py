@@ -217,7 +217,56 @@ def test_a_nod_and_a_toss_speak_for_a_salutation(rate: float, sign: int) -> None
         return sign * math.radians(16) * beat * ((t > 2.0) & (t < 2.7))
 
     nod, quiet = (detected(person)["nod"] for person in (body(rate, pitch=beaten), body(rate)))
-    assert np.nanmax(nod) > 3 * np.nanmax(quiet)
+    assert np.nanmax(nod) > 0.5 > 0.1 > np.nanmax(quiet)
+
+    # Who looks aside meanwhile, looks at something.
+    aside = body(rate, pitch=beaten)
+    yaw = math.pi + 0.6 * np.sin(math.pi * np.clip((aside.t - 2.0) / 0.7, 0, 1))
+    turned = [quaternion(y, p) for y, p in zip(yaw, beaten(aside.t), strict=True)]
+    glance = detected(replace(aside, head_rotation=np.array(turned)))["nod"]
+    assert np.nanmax(glance) < 0.5
+
+
+def test_a_wave_is_read_at_its_turning_points_too() -> None:
+    """A wide slow swing, from upright to level and back."""
+
+    def wrist(t: FloatArray) -> FloatArray:
+        angle = 0.8 - 0.8 * np.cos(2 * math.pi * 1.5 * (t - 1.8))
+        high = np.stack(
+            [0 * t + 0.15, -0.27 - FOREARM * np.sin(angle), -0.05 + FOREARM * np.cos(angle)], axis=1
+        )
+        return between(t, (0.05, -0.045, -ARM - FOREARM), high, risen(t, 1.5))
+
+    def elbow(t: FloatArray) -> FloatArray:
+        high = np.tile([0.15, -0.27, -0.05], (len(t), 1))
+        return between(t, (0.0, -0.045, -ARM), high, risen(t, 1.5))
+
+    found = detected(body(right_elbow=elbow, right_wrist=wrist))
+    assert (found["dsal"][found["t"] >= 2.4] > 0.6).all()
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("hands", ["together", "at the chin", "up and still"])
+def test_who_talks_near_the_robot_salutes_nobody_for_long(rate: float, hands: str) -> None:
+    """Hands that talk are where hands salute, or nearly, but not as they do."""
+    places = {
+        "together": (0.4, 0.15, -0.2),
+        "at the chin": (0.12, 0.1, 0.05),
+        "up and still": (0.15, -0.1, 0.12),
+    }
+
+    def wrist(t: FloatArray) -> FloatArray:
+        up = np.tile(places[hands], (len(t), 1))
+        return between(t, (0.05, -0.045, -ARM - FOREARM), up, risen(t, 0.5, 0.4))
+
+    def other(t: FloatArray) -> FloatArray:
+        x, y, z = places[hands]
+        near = np.tile((x, -y, z), (len(t), 1))
+        return between(t, (0.05, 0.045, -ARM - FOREARM), near, risen(t, 0.5, 0.4))
+
+    both = other if hands == "together" else None
+    found = detected(body(rate, 6.0, 1.0, right_wrist=wrist, left_wrist=both))
+    assert (found["csal"][found["t"] >= 3.5] < 0.5).all()
 
 
 def test_the_nearer_the_more_a_wave_is_a_close_salutation() -> None:

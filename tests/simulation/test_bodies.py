@@ -350,12 +350,14 @@ def test_movers_are_tracks_with_the_truth_of_each_frame(seed: int) -> None:
         assert np.isfinite(points).all()
         assert fastest(track.t, points) < FASTEST + 1.6
     shown = [m for m in performance.movements if m.gesture]
-    assert len(shown) <= 1
+    # At most one salutation, and a head dip after it.
+    assert [m.kind for m in shown[1:]] in ([], ["dip"])
     for movement in shown:
         column = ("dsal", "csal", "hdip").index(movement.gesture)
         during = (track.t >= movement.begin) & (track.t < movement.end)
         np.testing.assert_array_equal(performance.truth[:, column], during)
-        assert track.name == movement.kind
+    if shown:
+        assert track.name == shown[0].kind
     assert performance.truth.sum(axis=1).max() <= 1
     if not shown:
         assert not performance.truth.any()

@@ -1,8 +1,8 @@
 """Labelled tracks of people who move: to fit and to try gesture detectors on.
 
 Each person stands, walks up, walks past or turns before a robot at the origin, looks at it or
-elsewhere, and performs one movement or none, a head dip after some. All ranges are ours: wide, so that what holds here
-holds for people elsewhere.
+elsewhere, and performs one movement or none, some a head dip after it. All ranges are ours: wide,
+so that what holds here holds for people elsewhere.
 """
 
 from __future__ import annotations

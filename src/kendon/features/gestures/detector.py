@@ -9,6 +9,7 @@ from typing import NamedTuple
 from kendon.features.gestures.evidence import either, posterior
 from kendon.features.gestures.hands import (
     ARM,
+    NO_WAVE,
     Arm,
     HandshakeEvidence,
     WaveEvidence,
@@ -22,6 +23,10 @@ from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 
 #: How long a new estimate of the arm's length takes to count [intervals].
 SLOWNESS = 5.0
+
+
+#: The probability that a hand waves that hangs.
+_HANGING = posterior(NO_WAVE, WEIGHTS.wave)
 
 
 class Gestures(NamedTuple):
@@ -114,7 +119,12 @@ class GestureDetector:
         """
         found = self.evidence(end, since, distance)
         hands = [hand for hand in found.hands if hand]
-        wave = either(*[posterior(hand[0], WEIGHTS.wave) for hand in hands])
+        wave = either(
+            *[
+                _HANGING if hand[0] is NO_WAVE else posterior(hand[0], WEIGHTS.wave)
+                for hand in hands
+            ]
+        )
         handshake = either(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
         nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
         dip = posterior(found.dip, WEIGHTS.dip) if found.dip else math.nan

@@ -45,8 +45,9 @@ HOLD = 0.5
 #: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
 #: is looked for over as long: one period of a slow wave [s].
 LAST = 0.8
-#: All but this share of the while a hand must have been up, or out, to be held there.
-LET_GO = 0.25
+#: All but this share of the while a hand must have been up, and all but that one out, to be held
+#: there: waves turn, handshakes do not.
+LET_GO, DRAWN_BACK = 0.25, 0.15
 #: How high the other hand came is asked of so long: more than half a stride [s].
 STRIDE = 1.2
 #: Hands are up, or out, from here on [arms over the shoulder, arms before it].
@@ -58,7 +59,11 @@ FRAYED = 2.0
 #: Shorter gaps are a slow camera's [s].
 GAP = 0.2
 #: Lower than this a hand hangs [arms over the shoulder].
-HANGS = -0.75
+HANGS = -0.65
+#: So low every hand hangs [m over the shoulder]; of it no more is asked.
+HANGING = HANGS * LONGEST
+#: No farther out than this a hand is beside the trunk, or behind it [arms before the shoulder].
+BEHIND = 0.2
 #: Who lifts both hands keeps them this near to where they were highest [arms].
 TOGETHER = 0.15
 #: Handshakes are so high [arms over the shoulder].
@@ -134,9 +139,16 @@ _Row = tuple[float, float, float, float, float, float, float, float]
 _LENGTH = 4
 
 #: Of a hand that hangs all is said.
-_NO_WAVE = WaveEvidence(
+NO_WAVE = WaveEvidence(
     HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0
 )
+
+
+def _no_handshake(near: float) -> HandshakeEvidence:
+    """Of a hand that is not out."""
+    return HandshakeEvidence(
+        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0
+    )
 
 
 class Arm:
@@ -172,18 +184,23 @@ class Arm:
         dx, dy = wx - sx, wy - sy
         ax, ay, az = wx - ex, wy - ey, wz - ez
         bx, by, bz = ex - sx, ey - sy, ez - sz
-        ox, oy, oz = ox - wx, oy - wy, oz - wz
         way = math.sqrt(sx * sx + sy * sy) or math.nan
         lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
-        beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
         stamps.append(t)
+        toward, across = -(dx * sx + dy * sy) / way, (dx * sy - dy * sx) / way
+        length = lower + math.sqrt(bx * bx + by * by + bz * bz)
+        if up < HANGING:
+            self._rows.append((up, toward, across, -1.0, length, math.nan, math.nan, math.nan))
+            return
+        beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
+        ox, oy, oz = ox - wx, oy - wy, oz - wz
         self._rows.append(
             (
                 up,
-                -(dx * sx + dy * sy) / way,
-                (dx * sy - dy * sx) / way,
+                toward,
+                across,
                 az / lower,
-                lower + math.sqrt(bx * bx + by * by + bz * bz),
+                length,
                 math.sqrt(beside * beside + above * above),
                 math.sqrt(dx * dx + dy * dy + up * up),
                 math.sqrt(ox * ox + oy * oy + oz * oz),
@@ -216,72 +233,71 @@ class Arm:
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
         near = NEAR.evidence(distance)
-        if max(up) < HANGS * arm:
-            return _NO_WAVE, HandshakeEvidence(
-                REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, LEVEL.least, 0.0, 0.0, 0.0
-            )
+        up_there, out_there = max(up) > HANGS * arm, max(toward) > BEHIND * arm
+        if not (up_there or out_there):
+            return NO_WAVE, _no_handshake(near)
         noise = change(length) / arm
         noise_now = noise / math.sqrt(len(up) - now_at)
-        # A while of which only the end was seen tells as much less.
-        share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
-        long_share = self._coverage(first, end, LAST)
-
-        # A hand that turns is as high, and the forearm as upright, as it just was.
-        turning = min(1.0, max(0.0, (up_now - TURNS) / FALLS + 1.0))
-        height, upright = up_now, quantile(forearm[now_at:], 0.5)
-        if turning:
-            height += turning * max(0.0, _kept(up[held_at:], 1.0 - LET_GO) / arm - height)
-            upright += turning * max(0.0, _kept(forearm[held_at:], 1.0 - LET_GO) - upright)
-        lasts = long_share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
-        swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
-        sway = SWAY.evidence(spread(swaying) / arm, noise)
-        flaps = spread([a for a in up if a > RAISED * arm]) / arm
-        stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
-        # Who embraces somebody brings the hands together.
-        embraces = min(1.0, max(0.0, (EMBRACE - distance) / EMBRACE_SOFTNESS))
         parts = PARTED.evidence(quantile(parted[now_at:], 0.5) / arm, noise_now)
-        near_share = near_enough(distance)
-        stirring = -STILL * near_share * (1.0 - stirs)
-        still_up = _excused(FRESH.evidence(end - self._low), stirs)
-        if lasts < 0.0 < sway:
-            # A hand that comes and goes is an arm swing, however far it goes aside.
-            sway *= 1.0 - lasts / LASTING.least
-        alone = other.covered(end) * ALONE.evidence(
-            height - other.swung(end - NOW, end, arm), noise_now
-        )
-        if alone < 0.0 < lasts:
-            # A hand that lasts is no arm swing, however high the other one swings.
-            alone *= 1.0 - lasts / LASTING.most
-        wave = WaveEvidence(
-            HEIGHT.evidence(height, noise_now),
-            lasts,
-            UPRIGHT.evidence(upright, 2.0 * noise_now),
-            sway,
-            alone,
-            APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
-            OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
-            _excused(parts, stirs),
-            still_up,
-            stirring,
-        )
-        shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
-        frayed = FRAYED * noise  # noise alone goes up and down, too
-        shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
-        held = share * HELD_REACH.evidence(_kept(toward[held_at:], LET_GO) / arm, noise_now)
-        if held < 0.0 < shake:
-            # Nor is a hand shaken that swings out and back.
-            shake *= 1.0 - held / HELD_REACH.least
-        handshake = HandshakeEvidence(
-            REACH.evidence(toward_now, noise_now),
-            held,
-            HALFWAY.evidence(toward_now * arm / distance, noise_now),
-            shake,
-            near,
-            LEVEL.evidence(abs(up_now - CHEST), noise_now),
-            share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
-            _excused(parts, embraces),
-            _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
-        )
+        wave, handshake = NO_WAVE, _no_handshake(near)
+        if up_there:
+            # A hand that turns is as high, and the forearm as upright, as it just was.
+            turning = min(1.0, max(0.0, (up_now - TURNS) / FALLS + 1.0))
+            height, upright = up_now, quantile(forearm[now_at:], 0.5)
+            if turning:
+                height += turning * max(0.0, _kept(up[held_at:], 1.0 - LET_GO) / arm - height)
+                upright += turning * max(0.0, _kept(forearm[held_at:], 1.0 - LET_GO) - upright)
+            lasts = self._coverage(first, end, LAST) * LASTING.evidence(
+                _kept(up, LET_GO) / arm, noise_now
+            )
+            swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
+            sway = SWAY.evidence(spread(swaying) / arm, noise)
+            flaps = spread([a for a in up if a > RAISED * arm]) / arm
+            stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
+            if lasts < 0.0 < sway:
+                # A hand that comes and goes is an arm swing, however far it goes aside.
+                sway *= 1.0 - lasts / LASTING.least
+            alone = other.covered(end) * ALONE.evidence(
+                height - other.swung(end - NOW, end, arm), noise_now
+            )
+            if alone < 0.0 < lasts:
+                # A hand that lasts is no arm swing, however high the other one swings.
+                alone *= 1.0 - lasts / LASTING.most
+            wave = WaveEvidence(
+                HEIGHT.evidence(height, noise_now),
+                lasts,
+                UPRIGHT.evidence(upright, 2.0 * noise_now),
+                sway,
+                alone,
+                APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
+                OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
+                _excused(parts, stirs),
+                _excused(FRESH.evidence(end - self._low), stirs),
+                -STILL * near_enough(distance) * (1.0 - stirs),
+            )
+        if out_there:
+            # A while of which only the end was seen tells as much less.
+            share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
+            shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
+            frayed = FRAYED * noise  # noise alone goes up and down, too
+            shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
+            held = share * HELD_REACH.evidence(_kept(toward[held_at:], DRAWN_BACK) / arm, noise_now)
+            if held < 0.0 < shake:
+                # Nor is a hand shaken that swings out and back.
+                shake *= 1.0 - held / HELD_REACH.least
+            # Who embraces somebody brings the hands together.
+            embraces = min(1.0, max(0.0, (EMBRACE - distance) / EMBRACE_SOFTNESS))
+            handshake = HandshakeEvidence(
+                REACH.evidence(toward_now, noise_now),
+                held,
+                HALFWAY.evidence(toward_now * arm / distance, noise_now),
+                shake,
+                near,
+                LEVEL.evidence(abs(up_now - CHEST), noise_now),
+                share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
+                _excused(parts, embraces),
+                _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
+            )
         return wave, handshake
 
     def _watch(self, first: float, end: float, up: float, toward: float) -> None:

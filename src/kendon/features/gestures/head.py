@@ -77,8 +77,8 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
-TOSS = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # up and back [rad]
-NOD = Weighing(math.radians(8), math.radians(2.0), -2.0, 6.0)  # down and back [rad]
+TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
+NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
 
 
@@ -159,7 +159,9 @@ class Head:
         for k in range(round(BEAT / SMOOTH), -1, -1):
             last = self._pitch.first(end - k * SMOOTH) if k else len(values)
             if last > first:
-                steps.append(quantile(values[first:last], 0.5))
+                step = sorted(values[first:last])
+                middle = (last - first) // 2
+                steps.append(0.5 * (step[middle] + step[-1 - middle]))
             first = last
         if len(steps) < LEAST_STEPS:
             return [], 0.0
