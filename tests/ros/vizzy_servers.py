@@ -1,8 +1,8 @@
-"""Servers that behave like Vizzy's, for a process of their own: python vizzy_servers.py [BEHAVIOUR].
+"""Servers that behave like Vizzy's, in a process of their own: vizzy_servers.py [BEHAVIOUR].
 
-    obey    takes every goal, tells feedback, and does it
-    abort   takes every goal, and gives up
-    refuse  rejects every goal
+obey    takes every goal, tells feedback, and does it
+abort   takes every goal, and gives up
+refuse  rejects every goal
 """
 
 from __future__ import annotations
