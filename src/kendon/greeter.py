@@ -18,6 +18,7 @@ import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features import Sampler
+from kendon.features.sampler import TOLERANCE
 from kendon.geometry import Pose2D, Vec3
 from kendon.models import Belief, GreetingModel, Tracker, load_model
 from kendon.observations import Observation, Observations
@@ -127,7 +128,8 @@ class Flow:
         """
         if math.isnan(self._first):
             self._first = frame.t
-        yield from self.advance(frame.t)
+        # A frame that belongs to an interval comes before the tick at that interval's end.
+        yield from self.advance(frame.t - TOLERANCE)
         self._take_in(replace(frame, t=frame.t - self._first) if self._first else frame)
 
     def advance(self, t: float) -> Iterator[Moment]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -31,7 +32,7 @@ def test_a_walk_is_even_and_ends_at_its_goal(
     way = start.distance_to(goal)
     count = len(places) - 1
     assert count == max(1, round(10 * way / speed))  # ten stations a second
-    for a, b in zip(places, places[1:], strict=False):
+    for a, b in itertools.pairwise(places):
         assert a.distance_to(b) == pytest.approx(way / count, abs=1e-9)
     if way > 1e-6:
         assert math.cos(places[0].yaw) * way == pytest.approx(x1 - x0, abs=1e-6)

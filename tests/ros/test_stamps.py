@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 from types import SimpleNamespace
 
 import pytest
@@ -77,4 +78,4 @@ def test_two_clocks_on_one_topic_are_named_and_the_first_counts() -> None:
 def test_times_always_grow(messages: list[tuple[float, float]]) -> None:
     clock = StreamClock("/faces")
     times = [t for stamp, now in messages if (t := clock.take(stamp, now)) is not None]
-    assert all(a < b for a, b in zip(times, times[1:], strict=False))
+    assert all(a < b for a, b in itertools.pairwise(times))
