@@ -19,17 +19,17 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from ros.ros1_world import Master, make_this_process_a_node, wait_for  # noqa: E402
+from ros.ros1_world import Master, make_this_process_a_node, wait_for
 
-from kendon.geometry import Pose2D, wrap_angle  # noqa: E402
-from kendon.greeter import Encounter, Greeter  # noqa: E402
-from kendon.person import PersonFrame  # noqa: E402
-from kendon.ros.faces import fill_face  # noqa: E402
-from kendon.ros.place import RobotPlace  # noqa: E402
-from kendon.ros.ros1.environment import messages, ros_module  # noqa: E402
-from kendon.ros.ros1.vizzy import follow_robot  # noqa: E402
-from kendon.simulation import SCRIPTS, SimulatedPerson, script  # noqa: E402
-from kendon.sources import open_source  # noqa: E402
+from kendon.geometry import Pose2D, wrap_angle
+from kendon.greeter import Encounter, Greeter
+from kendon.person import PersonFrame
+from kendon.ros.faces import fill_face
+from kendon.ros.place import RobotPlace
+from kendon.ros.ros1.environment import messages, ros_module
+from kendon.ros.ros1.vizzy import follow_robot
+from kendon.simulation import SCRIPTS, SimulatedPerson, script
+from kendon.sources import open_source
 
 NODE = "from kendon.cli import main; main()"
 
@@ -44,6 +44,7 @@ class Listener:
         self.count = 0
 
     def belief(self, message: Any) -> None:
+        """Take in a belief."""
         self.delays.append(time.monotonic() - self.sent)
         self.phases.append(message.phase)
         self.count += 1
@@ -55,7 +56,7 @@ def main(count: int) -> None:
         master.start()
         try:
             make_this_process_a_node(master)
-            with master.servers(), master.running("-c", NODE, "ros1", "--quiet") as node:
+            with master.servers("drive"), master.running("-c", NODE, "ros1", "--quiet") as node:
                 measure(count)
                 assert node.poll() is None, "the node has ended"
         finally:

@@ -11,8 +11,10 @@ import math
 import sys
 import threading
 import time
+from collections.abc import Callable
 
 from kendon.geometry import Pose2D, quaternion_yaw, wrap_angle, yaw_quaternion
+from kendon.robots import PointRobot
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import messages, ros_module
 
@@ -28,6 +30,7 @@ class Base:
         self.located = ros_module("geometry_msgs.msg").PoseWithCovarianceStamped
         self.told = rospy.Publisher("amcl_pose", self.located, queue_size=1, latch=True)
         self.pose = Pose2D(0.0, 0.0, 0.0)
+        self.robot = PointRobot()
         self.tell()
 
     def tell(self) -> None:
@@ -38,6 +41,19 @@ class Base:
         position.x, position.y = self.pose.x, self.pose.y
         _, _, orientation.z, orientation.w = yaw_quaternion(self.pose.yaw)
         self.told.publish(message)
+
+    def drive(self, goal: Pose2D, goes_on: Callable[[], bool]) -> bool:
+        """Drive like the robot with ideal kinematics; whether it has arrived."""
+        command = self.robot.go_to(goal)
+        while command.running and goes_on():
+            time.sleep(STEP)
+            self.robot.update(self.robot.time + STEP)
+            self.pose = self.robot.pose
+            self.tell()
+        if not command.running:
+            return True
+        command.cancel()
+        return False
 
     def toward(self, start: Pose2D, goal: Pose2D, share: float) -> None:
         self.pose = Pose2D(
@@ -75,7 +91,18 @@ class Server:
             self.running = None
             handle.set_canceled()  # type: ignore[attr-defined]
 
+    @staticmethod
+    def target(handle: object) -> Pose2D:
+        pose = handle.get_goal().target_pose.pose  # type: ignore[attr-defined]
+        q = pose.orientation
+        return Pose2D(pose.position.x, pose.position.y, quaternion_yaw((q.x, q.y, q.z, q.w)))
+
     def carry_out(self, handle: object) -> None:
+        if self.behaviour == "drive" and self.base:
+            if self.base.drive(self.target(handle), lambda: self.running is handle):
+                self.running = None
+                handle.set_succeeded()  # type: ignore[attr-defined]
+            return
         start = self.base.pose if self.base else None
         steps = math.ceil(SECONDS / STEP)
         for step in range(1, steps + 1):
@@ -84,10 +111,7 @@ class Server:
                 return
             handle.publish_feedback(self.feedback())  # type: ignore[attr-defined]
             if self.base and start:
-                target = handle.get_goal().target_pose.pose  # type: ignore[attr-defined]
-                q = target.orientation
-                yaw = quaternion_yaw((q.x, q.y, q.z, q.w))
-                goal = Pose2D(target.position.x, target.position.y, yaw)
+                goal = self.target(handle)
                 self.base.toward(start, goal, step / steps)
             if self.behaviour == "abort" and step > 3:
                 break

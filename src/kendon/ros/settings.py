@@ -28,7 +28,6 @@ class Input(Enum):
 
     FACES = "faces"  # kendon_msgs/FaceExtraction (thesis 3.3)
     PEOPLE = "people"  # geometry_msgs/PoseArray (thesis 3.6.4)
-    HUMANS = "humans"  # ROS4HRI (REP-155)
 
 
 class StateType(Enum):

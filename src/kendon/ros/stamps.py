@@ -15,6 +15,9 @@ TWO_CLOCKS = 1.0
 _JUDGED = 10
 #: So many messages in a row by a clock of their own are a clock that began again.
 _AGREED = 3
+#: Stamps nearer to each other than this are the same [s]: finer than any camera, coarser than a
+#: float of seconds since 1970.
+_SHORTEST = 1e-5
 
 
 def seconds(stamp: Any) -> float:
@@ -67,7 +70,7 @@ class StreamClock:
             if step < -MAX_LATE or step > passed + MAX_LEAP:
                 if not self._begins_again(stamp, passed):
                     return None
-            elif step <= 0:
+            elif step < _SHORTEST:
                 self.late += 1
                 self._note_once(
                     f"Messages of {self.topic} come late or twice; the newer ones count."
@@ -102,7 +105,7 @@ class StreamClock:
                 )
             return False
         assert self._stamp is not None
-        self._shift += self._stamp + passed - stamp
+        self._shift += self._stamp + max(passed, _SHORTEST) - stamp
         self.restarts += 1
         self.notes.append(
             f"The clock of {self.topic} went from {self._stamp:.1f} s to {stamp:.1f} s: it began"
