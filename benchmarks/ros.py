@@ -19,10 +19,10 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from ros.ros1_world import Master, make_this_process_a_node, wait_for
+from ros1.ros1_world import Master, make_this_process_a_node, wait_for
 
 from kendon.geometry import Pose2D, wrap_angle
-from kendon.greeter import Encounter, Greeter
+from kendon.greeter import FORGOTTEN, Encounter, Greeter
 from kendon.person import PersonFrame
 from kendon.ros.faces import fill_face
 from kendon.ros.place import RobotPlace
@@ -41,13 +41,13 @@ class Listener:
         self.sent = 0.0
         self.delays: list[float] = []
         self.phases: list[int] = []
-        self.count = 0
+        self.playing = False
 
     def belief(self, message: Any) -> None:
         """Take in a belief."""
-        self.delays.append(time.monotonic() - self.sent)
-        self.phases.append(message.phase)
-        self.count += 1
+        if self.playing:
+            self.delays.append(time.monotonic() - self.sent)
+            self.phases.append(message.phase)
 
 
 def main(count: int) -> None:
@@ -79,6 +79,7 @@ def measure(count: int) -> None:
         name = names[number % len(names)]
         expected = in_one_process(name)
         listener.phases.clear()
+        listener.playing = True
         person = SimulatedPerson(script(name))
         begin, start, home = time.monotonic(), rospy.get_time(), place.pose
         while not person.finished:
@@ -89,7 +90,8 @@ def measure(count: int) -> None:
             listener.sent = time.monotonic()
             faces.publish(message)
             person.step(in_frame_of(home, place.pose))
-        time.sleep(1.5)  # the face makes way for the next one
+        listener.playing = False
+        time.sleep(FORGOTTEN + 0.5)  # the greeting is over
         got = [phase for phase, _ in groupby(listener.phases)]
         wanted = [phase.value for phase in expected.phases]
         same += got == wanted

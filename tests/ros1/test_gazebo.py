@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros.ros1_world import Master
+from ros1.ros1_world import Master
 
 from kendon.errors import KendonError, ParameterError, RobotError
 from kendon.geometry import Pose2D

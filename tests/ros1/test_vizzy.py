@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 from robots.robot_contract import COMMANDS, RobotContract, run_until_ended
-from ros.ros1_world import Master, wait_for
+from ros1.ros1_world import Master, wait_for
 
 from kendon.geometry import Pose2D
 from kendon.robots.base import CommandStatus, Robot

@@ -15,7 +15,7 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 import pytest
-from ros.ros1_world import Master, require_ros1, wait_for
+from ros1.ros1_world import Master, require_ros1, wait_for
 
 from kendon.greeter import Encounter, Greeter
 from kendon.phases import Phase

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ros.ros1_world import Master, make_this_process_a_node, require_ros1
+from ros1.ros1_world import Master, make_this_process_a_node, require_ros1
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, yaw_quaternion
-from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.ros.faces import angles_of, fill_face, frame_of_face, rotation_of
 from kendon.ros.people import People

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ros.ros1_world import require_ros1
+from ros1.ros1_world import require_ros1
 
 from kendon.errors import UnknownNameError
 from kendon.ros.messages import definitions, packages
