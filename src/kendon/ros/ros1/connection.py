@@ -110,7 +110,8 @@ class MasterWatch:
     """Registers the node anew with a master that was started again.
 
     A ROS 1 node registers once: to a new master it would be a stranger, and nobody who starts
-    later would find it.
+    later would find it. Make this before what is to be registered: a master that comes in between
+    knows only the rest.
     """
 
     def __init__(self) -> None:
@@ -120,6 +121,7 @@ class MasterWatch:
         self._name: str = rospy.get_name()
         self._master = ros_module("rosgraph").Master(self._name)
         self._uri: str = rospy.get_node_uri()
+        self._pid: int = self._master.getPid()
 
     def check(self) -> str:
         """See to it, at most once a second; a sentence if something has changed, else ""."""
@@ -127,9 +129,11 @@ class MasterWatch:
             return ""
         self._asked = time.monotonic()
         try:
-            known = self._knows()
+            pid = self._master.getPid()
+            known = pid == self._pid and self._knows()
             if not known:
                 self._register()
+                self._pid = pid
         except OSError:
             if self.lost:
                 return ""

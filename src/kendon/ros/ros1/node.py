@@ -55,6 +55,7 @@ class GreetingNode:
         tell: Callable[[str], None] = lambda sentence: None,
     ) -> None:
         self._rospy = rospy = ros_module("rospy")
+        self._master = MasterWatch()
         self.robot = robot
         self.place = place
         self.settings = settings
@@ -71,7 +72,6 @@ class GreetingNode:
         self._publish = self._publishers()
         self._subscribe(name)
         self._markers = MarkerPublisher(robot, place) if settings.markers else None
-        self._master = MasterWatch()
         self._started = time.monotonic()
 
     def run(self) -> Iterator[Told]:
