@@ -1,0 +1,1 @@
+"""kendon as nodes of ROS: what both generations of it share, and the node for each."""

@@ -1,0 +1,181 @@
+"""The node as a user runs it: a process, a master, faces in, the state out, the robot stopped."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import numpy as np
+import pytest
+from ros1.ros1_world import Master, require_ros1, wait_for
+
+from kendon.greeter import Encounter, Greeter
+from kendon.phases import Phase
+from kendon.ros.faces import fill_face
+from kendon.ros.ros1.environment import messages, ros_module
+from kendon.simulation import SimulatedPerson, script
+from kendon.sources import open_source
+
+CLI = "from kendon.cli import main; main()"
+
+
+class Ends:
+    """This process's ends of the node's topics."""
+
+    def __init__(self) -> None:
+        rospy, self.kendon = ros_module("rospy"), messages("kendon_msgs")
+        standard = ros_module("std_msgs.msg")
+        self.rospy = rospy
+        self.point = ros_module("geometry_msgs.msg").Point
+        self.faces = rospy.Publisher("/faces", self.kendon.FaceExtraction, queue_size=50)
+        self.states: list[str] = []
+        self.beliefs: list[Any] = []
+        self.observations: list[Any] = []
+        self.ends = [
+            rospy.Subscriber("/state", standard.String, lambda m: self.states.append(m.data)),
+            rospy.Subscriber("/belief", self.kendon.Belief, self.beliefs.append),
+            rospy.Subscriber("/observation", self.kendon.Observation, self.observations.append),
+        ]
+
+    def connected(self) -> bool:
+        return self.faces.get_num_connections() > 0 and all(
+            end.get_num_connections() > 0 for end in self.ends
+        )
+
+    def close(self) -> None:
+        for end in (self.faces, *self.ends):
+            end.unregister()
+
+    def send(self, person: SimulatedPerson, start: float) -> None:
+        message = fill_face(self.kendon.FaceExtraction(), person.frame(), self.point)
+        message.header.stamp = self.rospy.Time.from_sec(start + person.t)
+        message.header.frame_id = "base_footprint"
+        self.faces.publish(message)
+
+
+@pytest.fixture
+def ends(master: Master) -> Iterator[Ends]:
+    del master
+    ends = Ends()
+    yield ends
+    ends.close()
+
+
+@contextmanager
+def node(master: Master, *options: str) -> Iterator[subprocess.Popen[str]]:
+    with master.running("-c", CLI, "ros1", *options) as process:
+        yield process
+
+
+def play(ends: Ends, name: str, pace: float = 0.002) -> None:
+    """Send a simulated greeting faster than it was, at its own stamps."""
+    person = SimulatedPerson(script(name))
+    start = ends.rospy.get_time()
+    while not person.finished:
+        ends.send(person, start)
+        person.step()
+        threading.Event().wait(pace)
+
+
+def test_a_greeting_over_topics_is_read_as_in_one_process(master: Master, ends: Ends) -> None:
+    expected = Encounter()
+    with node(master, "--part", "reading"):
+        wait_for(ends.connected, "the node", 60)
+        play(ends, "normal")
+        source = open_source("simulated:normal")
+        source.reacts = False  # type: ignore[misc]
+        for moment in Greeter(source).run():
+            expected.add(moment)
+        wait_for(lambda: len(ends.beliefs) >= len(expected.probabilities) - 1, "all beliefs", 30)
+    got = np.array([b.probabilities for b in ends.beliefs])
+    count = len(expected.probabilities) - 1
+    np.testing.assert_allclose(got[:count], expected.probabilities[:count], atol=1e-6)
+    assert [b.phase for b in ends.beliefs] == [int(s) for s in ends.states]
+    shown = [Phase.parse(s) for s, _ in groupby(ends.states)]
+    assert shown == expected.phases
+    assert ends.beliefs[0].header.frame_id == "base_footprint"
+    spacing = np.diff([b.header.stamp.to_sec() for b in ends.beliefs])
+    np.testing.assert_allclose(spacing, 0.2, atol=1e-3)
+    assert ends.observations[0].distance == pytest.approx(expected.observations.values[0, 0])
+
+
+def test_the_robot_is_stopped_when_the_node_ends(master: Master, ends: Ends) -> None:
+    cancelled: list[Any] = []
+    identity = ros_module("actionlib_msgs.msg").GoalID
+    rospy = ros_module("rospy")
+    with master.servers():
+        listening = rospy.Subscriber("/move_base/cancel", identity, cancelled.append)
+        with node(master) as process:
+            wait_for(ends.connected, "the node", 60)
+            wait_for(lambda: listening.get_num_connections() > 0, "the robot's client")
+            person = SimulatedPerson(script("normal"))
+            start = rospy.get_time()
+            for _ in range(60):
+                ends.send(person, start)
+                person.step()
+                threading.Event().wait(0.01)
+            wait_for(lambda: ends.states, "a state")
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+        wait_for(lambda: any(not c.id for c in cancelled), "the cancellation of all goals")
+        listening.unregister()
+
+
+def test_mistakes_are_one_sentence(master: Master) -> None:
+    require_ros1()
+    environment = master.child_environment()
+    cases = {
+        ("--model", "nobody"): "there is no model 'nobody'",
+        ("_patience:=-1", "__name:=impatient"): "patience is a positive number of seconds",
+        ("faces",): "'faces' is neither an option nor a remapping",
+        ("--robot-face", "1,2"): "robot_face is X,Y,Z in metres, not '1,2'",
+        ("faces:=/rosout",): "/rosout: it carries rosgraph_msgs/Log, not kendon_msgs/FaceExtr",
+    }
+    for options, sentence in cases.items():
+        run = subprocess.run(
+            [sys.executable, "-c", CLI, "ros1", *options],
+            env=environment, capture_output=True, text=True, timeout=60,
+        )  # fmt: skip
+        assert run.returncode == 2, run.stderr
+        assert sentence in run.stderr
+        assert "Traceback" not in run.stderr
+
+
+def test_without_a_master_it_says_how_to_start_one(master: Master) -> None:
+    environment = {**master.child_environment(), "ROS_MASTER_URI": "http://127.0.0.1:1"}
+    run = subprocess.run(
+        [sys.executable, "-c", CLI, "ros1"],
+        env=environment, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert run.returncode == 2
+    assert run.stderr == (
+        "kendon: no ROS 1 master answers at http://127.0.0.1:1 (ROS_MASTER_URI); start one with"
+        " `roscore`, or on Debian with `rosmaster --core`\n"
+    )
+
+
+def test_a_node_registers_with_a_master_that_comes_back(tmp_path: Path) -> None:
+    require_ros1()
+    own = Master(tmp_path)
+    own.start()
+    try:
+        with node(own, "--part", "reading"):
+            wait_for(lambda: "/state" in _topics(own), "the node's registration", 60)
+            own.stop()
+            own.start()
+            wait_for(lambda: "/state" in _topics(own), "the node's registration anew", 60)
+    finally:
+        own.stop()
+
+
+def _topics(master: Master) -> set[str]:
+    state: Any = ServerProxy(master.uri).getSystemState("/test")  # code, message, state
+    return {name for name, _ in state[2][0]}
