@@ -29,6 +29,8 @@ _AU06, _AU12 = 6, 12
 _FACS, _SHARE = 5.0, 1.0
 #: A smile is known so long before and after it was told [ns].
 _SMILE_HOLDS = 200_000_000
+#: So many lags are kept when the rest is forgotten.
+_LAGS = 1000
 
 _TRANSFORMS = {"/tf": False, "/tf_static": True}
 _TRACKED = re.compile(r"/humans/(faces|bodies|persons)/tracked")
@@ -132,6 +134,24 @@ class HumansLog:
         """The ids of persons, faces and bodies that were tracked but have no place, sorted."""
         placed = {i for person in self.people() for i in person.ids}
         return sorted(set().union(*self._ids.values()) - placed)
+
+    def smile_awaited(self, face: str, stamp: int, within: int) -> bool:
+        """Whether a face's Action Units are still to come for a stamp; see `TransformTree`."""
+        told = self._facs.get(face)
+        return bool(told) and told[-1][0] < stamp <= told[-1][0] + within
+
+    def forget(self, before: int) -> None:
+        """Drop what is stamped before a time [ns]; who is whose is remembered."""
+        self.transforms.forget(before)
+        del self._lags[:-_LAGS]
+        for face, told in list(self._facs.items()):
+            self._facs[face] = [row for row in told if row[0] >= before]
+            if not self._facs[face]:
+                del self._facs[face]
+        frames = set(self.transforms.frames)
+        for kind, prefix in (("faces", "face_"), ("bodies", "head_")):
+            self._ids[kind] = {i for i in self._ids[kind] if prefix + i in frames}
+        self._ids["persons"].clear()
 
     def smiles(self, face: str, stamps: IntArray) -> tuple[FloatArray | None, str]:
         """A face's smile at stamps, and what a user should know of it.

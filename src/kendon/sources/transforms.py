@@ -190,6 +190,39 @@ class TransformTree:
                 waiting.append(frame)
         return target in seen
 
+    def awaited(self, frame: str, stamp: int, within: int) -> bool:
+        """Whether a pose on the way up from a frame is still to come for a stamp, as things go.
+
+        Args:
+            frame: the lowest one of the way.
+            stamp: for which it is wanted [ns].
+            within: what was not told for so long is no longer told [ns].
+        """
+        passed: set[str] = set()
+        while frame in self._told and frame not in passed:
+            passed.add(frame)
+            told = self._told[frame]
+            if told.stamps:
+                if told.newest < stamp <= told.newest + within:
+                    return True
+                frame = told.parents[-1]
+            elif told.fixed is not None:
+                frame = told.fixed[0]
+        return False
+
+    def forget(self, before: int) -> None:
+        """Drop the poses stamped before a time [ns]; frames without any left are gone."""
+        for child, told in list(self._told.items()):
+            kept = [i for i, stamp in enumerate(told.stamps) if stamp >= before]
+            if len(kept) == len(told.stamps):
+                continue
+            told.parents = [told.parents[i] for i in kept]
+            told.stamps = [told.stamps[i] for i in kept]
+            told.poses = [told.poses[i] for i in kept]
+            self._edges.pop(child, None)
+            if not kept and told.fixed is None:
+                del self._told[child]
+
     def lookup(self, target: str, source: str, stamps: IntArray) -> Poses:
         """Where frame `source` is in frame `target`.
 
