@@ -28,9 +28,9 @@ BASES = ("base_footprint", "base_link")
 #: In what the robot moves, likewise: `odom` first, as it never jumps, and speeds come from it.
 WORLDS = ("odom", "map")
 #: The head of a body stands in for a face that was lost for longer than this [ns].
-_FACE_LOST = 100_000_000
+FACE_LOST = 100_000_000
 #: Stamps and receipt farther apart than this are two clocks [s].
-_TWO_CLOCKS = 1.0
+TWO_CLOCKS = 1.0
 #: A gaze this near to the head's direction everywhere is no estimate of its own [rad].
 _SAME_DIRECTION = 1e-3
 _NANO = 1e-9
@@ -118,7 +118,7 @@ class PeopleReading:
             DataError: their frames are not connected with the base, or are never known with it.
         """
         notes = list(self._notes)
-        stamps, frames = self._heads(person)
+        stamps, frames = self.heads(person)
         track = self.track(person, stamps, frames, notes)
         if not np.isfinite(track.head).any():
             raise DataError(self.why_unknown(frames[0], stamps), file=self._path)
@@ -180,18 +180,25 @@ class PeopleReading:
         frame = f"face_{first.faces[0]}" if first.faces else f"body_{first.bodies[0]}"
         return (self._tree.parents(frame) or [frame])[0]
 
-    def _heads(self, person: Person) -> tuple[IntArray, list[str]]:
-        """When somebody is known, growing [ns], and by which frame each time."""
+    def heads(self, person: Person, after: int = -1) -> tuple[IntArray, list[str]]:
+        """When somebody is known, growing [ns], and by which frame each time.
+
+        Args:
+            person: who.
+            after: only later stamps are given [ns].
+        """
         when: dict[int, str] = {}
         for face in person.faces:
-            for stamp in self._tree.stamps(f"face_{face}").tolist():
+            stamps = self._tree.stamps(f"face_{face}")
+            for stamp in stamps[stamps > after - FACE_LOST].tolist():
                 when.setdefault(stamp, f"face_{face}")
         faces = np.array(sorted(when), dtype=np.int64)
         for body in person.bodies:
             stamps = self._tree.stamps(f"head_{body}")
-            for stamp in stamps[_far(stamps, faces, _FACE_LOST)].tolist():
+            stamps = stamps[stamps > after]
+            for stamp in stamps[_far(stamps, faces, FACE_LOST)].tolist():
                 when.setdefault(stamp, f"head_{body}")
-        order = sorted(when)
+        order = sorted(stamp for stamp in when if stamp > after)
         return np.array(order, dtype=np.int64), [when[stamp] for stamp in order]
 
     def _each(self, frames: list[str], stamps: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -361,7 +368,7 @@ class PeopleReading:
 
 def _clock_notes(log: HumansLog) -> list[str]:
     tree, notes = log.transforms, []
-    if abs(log.lag) > _TWO_CLOCKS:
+    if abs(log.lag) > TWO_CLOCKS:
         way = "behind" if log.lag > 0 else "ahead of"
         notes.append(
             f"The messages' stamps are {abs(log.lag):.1f} s {way} the recorder's clock"

@@ -105,6 +105,11 @@ class HumansLog:
                     self._candidates[one][two] = float(message.confidence)
 
     @property
+    def lags(self) -> int:
+        """From how many transforms `lag` is told."""
+        return len(self._lags)
+
+    @property
     def lag(self) -> float:
         """How long after its stamp a transform was received, in the median [s]; 0 if none was."""
         return float(np.median(self._lags)) / _NANO if self._lags else 0.0
@@ -152,6 +157,12 @@ class HumansLog:
         for kind, prefix in (("faces", "face_"), ("bodies", "head_")):
             self._ids[kind] = {i for i in self._ids[kind] if prefix + i in frames}
         self._ids["persons"].clear()
+
+    def restart(self) -> None:
+        """Drop all that is stamped, as the clock has been set; who is whose is remembered."""
+        self.transforms.restart()
+        self._facs.clear()
+        self._lags.clear()
 
     def smiles(self, face: str, stamps: IntArray) -> tuple[FloatArray | None, str]:
         """A face's smile at stamps, and what a user should know of it.

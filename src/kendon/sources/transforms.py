@@ -51,6 +51,7 @@ class _Told:
     stamps: list[int] = field(default_factory=list)  # [ns]
     poses: list[list[float]] = field(default_factory=list)  # x y z [m], x y z w
     newest: int = 0  # [ns]
+    late: int = 0  # [ns], how late the latest one was
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,7 @@ class TransformTree:
                     f" {stamp * _NANO:.3f} s: are these two recordings in one?"
                 )
             self.late += 1
+            told.late = max(told.late, told.newest - stamp)
         told.newest = max(told.newest, stamp)
         told.parents.append(parent)
         told.stamps.append(stamp)
@@ -209,6 +211,19 @@ class TransformTree:
             elif told.fixed is not None:
                 frame = told.fixed[0]
         return False
+
+    def lateness(self, frame: str) -> int:
+        """By how much a pose of a frame ever came after a newer one [ns]."""
+        return self._told[frame].late if frame in self._told else 0
+
+    def restart(self) -> None:
+        """Drop all stamped poses: the clock has been set, and begins anew."""
+        for child, told in list(self._told.items()):
+            if told.fixed is None:
+                del self._told[child]
+            else:
+                self._told[child] = _Told(told.fixed)
+        self._edges.clear()
 
     def forget(self, before: int) -> None:
         """Drop the poses stamped before a time [ns]; frames without any left are gone."""
