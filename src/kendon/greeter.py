@@ -95,28 +95,20 @@ def describe(command: Command) -> str:
             return "stop"
 
 
-class Greeter:
-    """Lets a robot greet the person of a source.
+class Flow:
+    """The main job without its source: frames in, moments out, by the clock of the frames.
 
     Args:
-        source: the person.
+        robot: answers.
         model: reads the phases; the default model where it is left out.
-        robot: answers; where it is left out a `PointRobot`. It is free to drive toward a person
-            who reacts to it, but only turns in place before a recorded one, who would walk into
-            it: a recorded person walks up to where the recording's own robot stood.
         tree: chooses the commands; the shipped one where it is left out.
     """
 
     def __init__(
-        self,
-        source: Source,
-        model: GreetingModel | None = None,
-        robot: Robot | None = None,
-        tree: GreetingTree | None = None,
+        self, robot: Robot, model: GreetingModel | None = None, tree: GreetingTree | None = None
     ) -> None:
-        self.source = source
         self.model = model or load_model()
-        self.robot = robot or PointRobot(leash=None if source.reacts else 0.0)
+        self.robot = robot
         self.tree = tree or GreetingTree()
         self._sampler = Sampler(self.robot.face)
         self._tracker: Tracker = self.model.tracker()
@@ -124,34 +116,33 @@ class Greeter:
         self._seen_at = -math.inf
         self._newest: tuple[Observation, Belief] | None = None
         self._logged = 0
+        self._first = math.nan  # [s], the first frame's stamp
+        self._ticks = 0
 
-    def run(self) -> Iterator[Moment]:
-        """Run the flow to the source's end, one moment a tick; then stop the robot.
-
-        However it ends (the source runs dry, an error, the caller stops iterating), the tree is
-        halted and the robot told to stop.
+    def take(self, frame: PersonFrame) -> Iterator[Moment]:
+        """Take in a frame, after the moments that come before it.
 
         Raises:
-            DataError: there is something wrong with what the source reads.
+            ParameterError: its stamp is not finite, or not after the last one's.
         """
-        ticks = 0
-        first = math.nan
-        self.source.attach(self.robot)
-        try:
-            for frame in self.source.frames():
-                if math.isnan(first):
-                    first = frame.t
-                t = frame.t - first
-                while (ticks + 1) / TICK_RATE < t:
-                    ticks += 1
-                    yield self._tick(ticks / TICK_RATE)
-                self._take_in(replace(frame, t=t) if first else frame)
-            if not math.isnan(first):
-                ticks += 1
-                yield self._tick(ticks / TICK_RATE)
-        finally:
-            self.tree.halt()
-            self.robot.stop()
+        if math.isnan(self._first):
+            self._first = frame.t
+        yield from self.advance(frame.t)
+        self._take_in(replace(frame, t=frame.t - self._first) if self._first else frame)
+
+    def advance(self, t: float) -> Iterator[Moment]:
+        """The moments before the frames' clock shows `t` [s]; none before the first frame."""
+        while (self._ticks + 1) / TICK_RATE < t - self._first:
+            yield self._next()
+
+    def end(self) -> None:
+        """Halt the tree, and tell the robot to stop."""
+        self.tree.halt()
+        self.robot.stop()
+
+    def _next(self) -> Moment:
+        self._ticks += 1
+        return self._tick(self._ticks / TICK_RATE)
 
     def _take_in(self, frame: PersonFrame) -> None:
         for observation in self._sampler.push(frame.seen_from(self.robot.pose)):
@@ -198,6 +189,47 @@ class Greeter:
         self._seen = self._newest = None
         self._tracker.reset()
         self.tree.halt()
+
+
+class Greeter(Flow):
+    """Lets a robot greet the person of a source.
+
+    Args:
+        source: the person.
+        model: reads the phases; the default model where it is left out.
+        robot: answers; where it is left out a `PointRobot`. It is free to drive toward a person
+            who reacts to it, but only turns in place before a recorded one, who would walk into
+            it: a recorded person walks up to where the recording's own robot stood.
+        tree: chooses the commands; the shipped one where it is left out.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        model: GreetingModel | None = None,
+        robot: Robot | None = None,
+        tree: GreetingTree | None = None,
+    ) -> None:
+        self.source = source
+        super().__init__(robot or PointRobot(leash=None if source.reacts else 0.0), model, tree)
+
+    def run(self) -> Iterator[Moment]:
+        """Run the flow to the source's end, one moment a tick; then stop the robot.
+
+        However it ends (the source runs dry, an error, the caller stops iterating), the tree is
+        halted and the robot told to stop.
+
+        Raises:
+            DataError: there is something wrong with what the source reads.
+        """
+        self.source.attach(self.robot)
+        try:
+            for frame in self.source.frames():
+                yield from self.take(frame)
+            if not math.isnan(self._first):
+                yield self._next()
+        finally:
+            self.end()
 
 
 class Encounter:
