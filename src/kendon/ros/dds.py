@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 from kendon.errors import KendonError, MissingExtraError, ParameterError
 from kendon.ros.dds_types import ros_name, sample_type, wrapped
-from kendon.ros.ros2_types import Fields, build, type_store
+from kendon.ros.ros2_transport import Callback, Fields, Offer
+from kendon.ros.ros2_types import build, type_store
 
 #: The domains whose ports exist on every system (DDSI-RTPS 9.6.1: 7400 + 250 d < 65536).
 DOMAINS = range(233)
@@ -21,17 +22,6 @@ DEPTH = 10
 #: Transforms of a whole second, at any rate that there is.
 READ_DEPTH = 500
 _RELIABLE_SECONDS = 10
-
-#: Takes a message as it came (CDR) and as an object.
-Callback = Callable[[bytes, Any], None]
-
-
-class Offer(NamedTuple):
-    """A topic that somebody publishes, and how."""
-
-    kind: str  # the message type, such as std_msgs/msg/String
-    reliable: bool
-    latched: bool  # whether late readers get the last messages (transient local)
 
 
 class _Reader(NamedTuple):
@@ -64,6 +54,7 @@ class DdsNode:
             raise MissingExtraError("ROS 2 over DDS", "ros2", "cyclonedds") from error
         type_store()
         self.domain = domain
+        self.notes: list[str] = []  # what a user should know, one sentence each
         try:
             self._participant = domains.DomainParticipant(domain)
             self._discovery = builtin.BuiltinDataReader(
@@ -90,14 +81,15 @@ class DdsNode:
         self._discover(self._discovery, self._note_offer, self._offers)
         return {topic: next(iter(found.values())) for topic, found in self._offers.items() if found}
 
-    def asked(self) -> set[str]:
-        """The topics that others read at present."""
+    def asked(self) -> dict[str, str]:
+        """The topics that others read at present, and as what message type."""
 
         def note(sample: Any) -> None:
-            self._asked.setdefault(sample.topic_name[2:], {})[sample.key] = sample.type_name
+            kind = ros_name(sample.type_name)
+            self._asked.setdefault(sample.topic_name[2:], {})[sample.key] = kind
 
         self._discover(self._readers_about, note, self._asked)
-        return {topic for topic, found in self._asked.items() if found}
+        return {topic: next(iter(found.values())) for topic, found in self._asked.items() if found}
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
         """Read a topic; `callback` is given its messages in `spin`."""
@@ -137,7 +129,7 @@ class DdsNode:
 
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
-        del self._writers[topic]
+        self._writers.pop(topic, None)
 
     def spin(self, seconds: float) -> int:
         """Wait for messages up to so long, and hand out those that came; returns how many."""
@@ -153,7 +145,12 @@ class DdsNode:
             for sample in reader.take(N=READ_DEPTH):
                 if topic in self._readers and sample.sample_info.valid_data:
                     count += 1
-                    callback(sample.raw, store.deserialize_cdr(sample.raw, kind))
+                    try:
+                        message = store.deserialize_cdr(sample.raw, kind)
+                    except Exception:  # bytes that are no such message can raise anything
+                        self._note_misfit(topic, kind)
+                        continue
+                    callback(sample.raw, message)
         return count
 
     def close(self) -> None:
@@ -163,6 +160,11 @@ class DdsNode:
         self._writers.clear()
         self._topics.clear()
         del self._wait, self._discovery, self._readers_about, self._participant
+
+    def _note_misfit(self, topic: str, kind: str) -> None:
+        sentence = f"Messages of {topic} do not fit {kind} as it is known here; they are left out."
+        if sentence not in self.notes:
+            self.notes.append(sentence)
 
     def _discover(self, reader: Any, note: Callable[[Any], None], known: dict[str, Any]) -> None:
         from cyclonedds.core import DDSException

@@ -7,20 +7,17 @@ rosbags is the codec. The standard messages are those of Humble, which have not 
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kendon.errors import MissingExtraError, ParameterError
 from kendon.ros.messages import definitions
+from kendon.ros.ros2_transport import Fields
 from kendon.sources.ros_bags import HRI_DEFINITIONS
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
-
-#: What a message is made from: values by field names, messages within it likewise.
-Fields = Mapping[str, Any]
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STRING = "std_msgs/msg/String"

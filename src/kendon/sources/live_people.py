@@ -56,12 +56,13 @@ class LivePeople:
     def __init__(self, options: BagOptions | None = None) -> None:
         self.log = HumansLog()
         self.notes: list[str] = []  # what a user should know, one sentence each
+        self.order = 0  # [ns], so long frames wait as others came out of order
         self.late = 0  # frames that came after a newer one had been given, and are left out
         self._options = options or BagOptions()
         self._frames: set[str] = set()  # those that the reading knows
         self._people: list[Person] = []
         self._new_notes: list[str] = []  # of the reading
-        self._two_clocks = False  # whether they have been spoken of
+        self._judged = False  # whether it is known if there are two clocks
         self._restart()
 
     def _restart(self) -> None:
@@ -181,6 +182,7 @@ class LivePeople:
         tree = self.log.transforms
         self._newest = max(self._newest, stamps[-1])
         order = max(tree.lateness(frame) for frame in dict.fromkeys(frames))
+        self.order = max(self.order, order)
         count = 0
         for stamp, frame in zip(stamps, frames, strict=True):
             since = self._waiting.setdefault((frame, stamp), now)
@@ -226,9 +228,11 @@ class LivePeople:
         for sentence in self._new_notes:
             self._note(sentence)
         self._new_notes.clear()
+        if self._judged or self.log.lags < _LAGS:
+            return
+        self._judged = True
         lag = self.log.lag
-        if self.log.lags >= _LAGS and abs(lag) > TWO_CLOCKS and not self._two_clocks:
-            self._two_clocks = True
+        if abs(lag) > TWO_CLOCKS:
             way = "behind" if lag > 0 else "ahead of"
             self._note(
                 f"The messages' stamps are {abs(lag):.1f} s {way} this computer's clock: these are"
