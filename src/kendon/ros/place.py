@@ -9,7 +9,7 @@ from collections import deque
 from typing import Any
 
 from kendon.geometry import ORIGIN, Pose2D, quaternion_yaw, wrap_angle
-from kendon.ros.stamps import seconds
+from kendon.ros.stamps import MAX_LATE, TWO_CLOCKS, seconds
 
 #: The names of the robot's base and of the world, the best ones first (REP-105).
 BASES = ("base_footprint", "base_link")
@@ -31,6 +31,7 @@ class RobotPlace:
     def __init__(self, base: str | None = None) -> None:
         self.bases = (base,) if base else BASES
         self.known = False  # whether anything was told
+        self.world = WORLDS[0]  # the name of the frame in which the poses are
         self._edges: dict[str, tuple[str, float, Pose2D]] = {}  # child -> parent, stamp, pose
         self._by_frames = False
         self._stamps: deque[float] = deque(maxlen=_KEPT)
@@ -44,14 +45,18 @@ class RobotPlace:
             return self._poses[-1] if self._poses else ORIGIN
 
     def at(self, stamp: float) -> Pose2D:
-        """Where the robot was at a stamp [s]; outside of what is remembered, the nearest pose."""
+        """Where the robot was at a stamp [s].
+
+        Out of what is remembered it is the nearest pose; far out of it, by a clock of another
+        kind, the newest.
+        """
         with self._lock:
             if not self._poses:
                 return ORIGIN
             stamps, poses = list(self._stamps), list(self._poses)
         after = bisect.bisect_left(stamps, stamp)
         if after == 0:
-            return poses[0]
+            return poses[0] if stamps[0] - stamp <= TWO_CLOCKS else poses[-1]
         if after == len(stamps):
             return poses[-1]
         first, second = poses[after - 1], poses[after]
@@ -68,46 +73,48 @@ class RobotPlace:
             pose = message.pose.pose
             self._remember(seconds(message.header.stamp), _planar(pose.position, pose.orientation))
 
-    def take_transforms(self, message: Any) -> None:
+    def take_transforms(self, message: Any, *, static: bool = False) -> None:
         """Take in the transforms of a message of ``/tf`` or ``/tf_static``."""
         moved = False
         for told in message.transforms:
             child = told.child_frame_id.lstrip("/")
             pose = _planar(told.transform.translation, told.transform.rotation)
             parent = told.header.frame_id.lstrip("/")
-            self._edges[child] = parent, seconds(told.header.stamp), pose
+            self._edges[child] = parent, 0.0 if static else seconds(told.header.stamp), pose
             moved = moved or child in self.bases or child in WORLDS
         if moved and (found := self._by_way_of_frames()):
             if not self._by_frames:
                 self._by_frames = True
                 self._forget()  # the origins of the two ways may differ
-            self._remember(*found)
+            stamp, self.world, pose = found
+            self._remember(stamp, pose)
 
-    def _by_way_of_frames(self) -> tuple[float, Pose2D] | None:
-        """The stamp and pose of the base in the outermost world that its frames lead to."""
+    def _by_way_of_frames(self) -> tuple[float, str, Pose2D] | None:
+        """The stamp of the base, the outermost world its frames lead to, its pose in that."""
         base = next((name for name in self.bases if name in self._edges), None)
         if base is None:
             return None
-        frame, pose, stamp = base, ORIGIN, math.inf
-        found: Pose2D | None = None
+        frame, pose, stamp = base, ORIGIN, 0.0
+        found: tuple[str, Pose2D] | None = None
         for _ in range(len(self._edges)):  # no longer, even where frames lie in each other
             if frame not in self._edges:
                 break
             frame, when, step = self._edges[frame]
             x, y, _ = step.to_world((pose.x, pose.y, 0.0))
             pose = Pose2D(x, y, wrap_angle(step.yaw + pose.yaw))
-            # The stamp of the base's own motion: a localisation dates its correction ahead.
-            stamp = min(stamp, when) if when else stamp
+            # The first stamp is that of the base's own motion; corrections of the frames above
+            # it come more rarely, and are dated ahead.
+            stamp = stamp or when
             if frame in WORLDS:
-                found = pose
-        return None if found is None or math.isinf(stamp) else (stamp, found)
+                found = frame, pose
+        return (stamp, *found) if found and stamp else None
 
     def _remember(self, stamp: float, pose: Pose2D) -> None:
         if not all(map(math.isfinite, pose)):
             return
         with self._lock:
             if self._stamps and stamp <= self._stamps[-1]:
-                if self._stamps[-1] - stamp < 1.0:
+                if self._stamps[-1] - stamp <= MAX_LATE:
                     return  # late, or told again
                 self._stamps.clear()  # a clock that began again
                 self._poses.clear()

@@ -34,6 +34,8 @@ STILL = 1e-3
 STILL_SECONDS = 0.3
 #: A drive in which the base stands for so long away from its goal has failed [s].
 STUCK_SECONDS = 10.0
+#: A robot that has told nothing of itself for so long may be gone [s].
+SILENT_SECONDS = 1.0
 #: Before a drive has begun, standing is no arrival [s]: a planner takes its time.
 STARTS_WITHIN = 1.0
 
@@ -235,6 +237,8 @@ class Ros2Robot(Robot):
     def _steer(self, base: UnicycleBase, dt: float) -> None:
         """One step of the approach controller from where the base really is."""
         if base.standing and base.goal is None and base.heading is None:
+            if self.running(CommandKind.STOP):
+                self._tell_speeds(0.0, 0.0)  # whoever drove it until now
             return
         base.clearance.observe(self.person, self.time)
         if self.time - self._odometry[1] > STILL_SECONDS:
@@ -289,9 +293,8 @@ class Ros2Robot(Robot):
             self.hear(command)
         lost = self.time - command.heard
         if lost >= self.patience:
-            what = f"nobody reads {topic}" if not there else "where the robot is is not told"
             self._try_abort(command)
-            self.fail(command, f"{what}, for {lost:.1f} s")
+            self.fail(command, self._why_lost(topic, lost))
             return
         still = self._standing_for >= STILL_SECONDS
         if command.kind is CommandKind.STOP:
@@ -312,6 +315,11 @@ class Ros2Robot(Robot):
         elif self._standing_for >= STUCK_SECONDS:
             self._stand()
             self.fail(command, f"the robot has stood still for {STUCK_SECONDS:g} s off its goal")
+
+    def _why_lost(self, topic: str, lost: float) -> str:
+        if topic in self._readers:
+            return f"the robot has not told where it is for {lost:.1f} s"
+        return f"nobody has read {topic} for {lost:.1f} s"
 
     # ---- head, arms, voice, face
 
@@ -335,12 +343,15 @@ class Ros2Robot(Robot):
 
     def _follow_topic(self, command: Command) -> None:
         topic = self._topics[command.kind]
-        if topic in self._readers:
+        # A process that dies stays in DDS's books for seconds; the base's motion is told till then.
+        moving = self._base is None or self._odometry[1] > command.heard
+        if topic in self._readers and moving:
             self.hear(command)
-            if self.time >= self._until[command.kind] - 1e-9:
-                self.succeed(command)
-        elif (lost := self.time - command.heard) >= self.patience:
-            self.fail(command, f"nobody reads {topic}, for {lost:.1f} s")
+        lost = self.time - command.heard
+        if self.time >= self._until[command.kind] - 1e-9 and lost < SILENT_SECONDS:
+            self.succeed(command)
+        elif lost >= self.patience:
+            self.fail(command, self._why_lost(topic, lost))
 
     def _header(self) -> Fields:
         return header_fields(self._clock(), self.settings.world)

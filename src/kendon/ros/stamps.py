@@ -57,7 +57,9 @@ class StreamClock:
             now: when it came, by the node's clock [s].
         """
         if stamp == 0:
-            self._note_once(f"The messages of {self.topic} are not stamped: they count as they come.")
+            self._note_once(
+                f"The messages of {self.topic} are not stamped: they count as they come."
+            )
             stamp = now
         self._judge(now - stamp)
         if self._stamp is not None:

@@ -36,9 +36,31 @@ APT = (
 )
 #: The packages of that folder that are ROS's, and those it needs which are plain Python.
 _ROS = frozenset(
-    "actionlib actionlib_msgs catkin catkin_pkg genmsg genpy geometry_msgs move_base_msgs roscpp"
-    " rosgraph rosgraph_msgs roslib rosmaster rospy sensor_msgs std_msgs tf2_msgs"
-    " visualization_msgs defusedxml distro pyparsing rospkg yaml".split()
+    [
+        "actionlib",
+        "actionlib_msgs",
+        "catkin",
+        "catkin_pkg",
+        "genmsg",
+        "genpy",
+        "geometry_msgs",
+        "move_base_msgs",
+        "roscpp",
+        "rosgraph",
+        "rosgraph_msgs",
+        "roslib",
+        "rosmaster",
+        "rospy",
+        "sensor_msgs",
+        "std_msgs",
+        "tf2_msgs",
+        "visualization_msgs",
+        "defusedxml",
+        "distro",
+        "pyparsing",
+        "rospkg",
+        "yaml",
+    ]
 )
 _REFERENCE = re.compile(r"^\s*([a-zA-Z]\w*)/(\w+)", re.MULTILINE)
 
@@ -177,7 +199,7 @@ def action_messages(package: str, name: str, text: str) -> dict[str, str]:
         f"{name}Result.msg": result,
         f"{name}Feedback.msg": feedback,
         f"{name}ActionGoal.msg": (
-            "std_msgs/Header header\nactionlib_msgs/GoalID goal_id\n" f"{package}/{name}Goal goal\n"
+            f"std_msgs/Header header\nactionlib_msgs/GoalID goal_id\n{package}/{name}Goal goal\n"
         ),
         f"{name}ActionResult.msg": f"{status}{package}/{name}Result result\n",
         f"{name}ActionFeedback.msg": f"{status}{package}/{name}Feedback feedback\n",
