@@ -1,7 +1,7 @@
 """Other processes on a private DDS domain of this machine: a robot's look-alike, and a player.
 
-    python ros2_peers.py robot DOMAIN
-    python ros2_peers.py play DOMAIN BAG RATE
+python ros2_peers.py robot DOMAIN
+python ros2_peers.py play DOMAIN BAG RATE
 """
 
 from __future__ import annotations
@@ -76,12 +76,13 @@ def robot(domain: int) -> None:
     from kendon.ros.ros2_transport import Offer
 
     node = DdsNode(domain)
-    body = {"robot": PointRobot(keep_distance=0.0), "time": 0.0, "speed": 0.0, "turn": 0.0}
+    planned = PointRobot(keep_distance=0.0)
+    body: dict[str, Any] = {"time": 0.0, "speed": 0.0, "turn": 0.0}
     place = [0.0, 0.0, 0.0]  # as driven by /cmd_vel
 
     def goal(raw: bytes, message: Any) -> None:
         p, q = message.pose.position, message.pose.orientation
-        body["robot"].go_to(Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w))))
+        planned.go_to(Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w))))
         body["driven"] = False
 
     def velocity(raw: bytes, message: Any) -> None:
@@ -97,8 +98,8 @@ def robot(domain: int) -> None:
             place[2] = turned
             x, y, yaw = place
         else:
-            body["robot"].update(t)
-            x, y, yaw = place[:] = body["robot"].pose
+            planned.update(t)
+            x, y, yaw = place[:] = planned.pose
         pose = {
             "position": {"x": x, "y": y},
             "orientation": {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},

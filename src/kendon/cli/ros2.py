@@ -67,7 +67,9 @@ def ros2_command(
     base: Annotated[
         str | None, typer.Option(help="The robot's base frame, if it is not base_footprint.")
     ] = None,
-    world: Annotated[str, typer.Option(help="The frame that goals are given in.")] = "map",
+    world: Annotated[
+        str, typer.Option(help="The frame that goals are given in, if not that of /tf or /odom.")
+    ] = "",
     leash: Annotated[
         float | None, typer.Option(help="Drive no farther than this from the start [m].")
     ] = None,

@@ -46,7 +46,7 @@ def sample_type(kind: str) -> Any:
     def serialize(sample: Any, **_: Any) -> bytes:
         return bytes(sample.raw)
 
-    def deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+    def deserialize(cls: Any, data: bytes, /, **_: Any) -> Any:
         return wrapped(cls, data)
 
     made.serialize = serialize
@@ -72,9 +72,8 @@ def idl_struct(kind: str) -> Any:
     known = type_store().fielddefs
     if kind not in known:
         raise DataError(f"the messages {kind} are not known here")
-    package, _, name = kind.split("/")
     fields = {name: _idl(field) for name, field in known[kind][1]}
-    made = make_idl_struct(f"{name}_", dds_name(kind).replace("::", "."), fields)
+    made = make_idl_struct(f"{kind.rsplit('/', 1)[1]}_", dds_name(kind).replace("::", "."), fields)
     return annotations.final(made)
 
 
@@ -83,8 +82,10 @@ _nested = functools.cache(idl_struct)
 
 def _idl(field: Any) -> Any:
     """The IDL type of a field as rosbags describes it: (kind of node, what it is of)."""
-    from cyclonedds.idl import types
+    from cyclonedds.idl import types as idl_types
     from rosbags.interfaces import Nodetype
+
+    types: Any = idl_types
 
     node, inner = field
     if node == Nodetype.NAME:

@@ -197,9 +197,7 @@ class Ros2Node:
                 return  # the flow's clock went on without it
             self._shift += self._flow_at - t + TICK * _NANO
             t = heard.frame.t + self._shift
-        frame = replace(
-            heard.frame, t=t, who=number, robot=self.place.at(heard.stamp * _NANO)
-        )
+        frame = replace(heard.frame, t=t, who=number, robot=self.place.at(heard.stamp * _NANO))
         self._flow_at = t
         self._take(self._flow.take(frame))
 

@@ -121,8 +121,9 @@ class PeopleReader:
         self.zero = 0  # [ns], when the newest frame's time is 0
         self._face = face
         self._on_frame = on_frame
-        self._faces = StreamClock(FACES)
+        self._faces: dict[str, StreamClock] = {}  # by the faces' ids
         self._faces_zero: float | None = None  # [s]
+        self._notes: list[str] = []
         self._readings: list[_Reading] = []  # in the order in which they came
         self._count = 0  # of all people so far
         self._next: int | None = None  # [ns], when the next step of time is
@@ -136,12 +137,13 @@ class PeopleReader:
     @property
     def notes(self) -> list[str]:
         """What a user should know, one sentence each."""
-        return [*self.people.notes, *self._faces.notes]
+        told = [note for clock in self._faces.values() for note in clock.notes]
+        return list(dict.fromkeys([*self.people.notes, *self._notes, *told]))
 
     @property
     def late(self) -> int:
         """Frames that were left out, as they came too late."""
-        return self.people.late + self._faces.late
+        return self.people.late + sum(clock.late for clock in self._faces.values())
 
     @property
     def followed(self) -> str | None:
@@ -177,7 +179,7 @@ class PeopleReader:
                 self.place.take_localised(message)
                 return told
             if topic in ("/tf", "/tf_static"):
-                self.place.take_transforms(message)
+                self.place.take_transforms(message, static=topic == "/tf_static")
             if self.people.take(topic, message, received):
                 told += self._all_gone()
         except (AttributeError, TypeError, ValueError):
@@ -203,19 +205,25 @@ class PeopleReader:
         ]
 
     def _hear_face(self, message: Any, received: int) -> list[Told]:
-        restarts = self._faces.restarts
-        t = self._faces.take(seconds(message.header.stamp), received / _NANO)
+        name = message.face_id or "face"
+        clock = self._faces.setdefault(name, StreamClock(FACES))
+        restarts = clock.restarts
+        t = clock.take(seconds(message.header.stamp), received / _NANO)
         if t is None:
             return []
-        gone = self._all_gone() if self._faces.restarts > restarts else []
+        gone = self._all_gone() if clock.restarts > restarts else []
         self._faces_zero = t if self._faces_zero is None else self._faces_zero
-        frame = frame_of_face(
-            message, t - self._faces_zero, self.place.at(t), bases=self.place.bases
-        )
-        person = Person(message.face_id or "face", (message.face_id or "face",), ())
-        zero = round(self._faces_zero * _NANO)
-        heard = HeardFrame(person, zero + round(frame.t * _NANO), frame)
-        return gone + self._take(heard, zero, received)
+        zero, bases = self._faces_zero, self.place.bases
+        try:
+            frame = frame_of_face(message, t - zero, self.place.at(t), bases=bases)
+        except DataError as error:
+            sentence = f"A message of {FACES} is left out: {error}."
+            if sentence not in self._notes:
+                self._notes.append(sentence)
+            return gone
+        start = round(zero * _NANO)
+        heard = HeardFrame(Person(name, (name,), ()), start + round(frame.t * _NANO), frame)
+        return gone + self._take(heard, start, received)
 
     def _take(self, heard: HeardFrame, zero: int, now: int) -> list[Told]:
         self.frames += 1

@@ -65,7 +65,7 @@ class Ros2Settings:
 
     drive: Drive = Drive.GOAL_POSE
     topics: Ros2Topics = field(default_factory=Ros2Topics)
-    world: str = "map"  # the frame in which goals are given
+    world: str = ""  # the frame in which goals are given; empty = that of the robot's place
     face: Vec3 = (0.0, 0.0, 1.2)  # in the base frame [m]
     limits: BaseLimits = field(default_factory=BaseLimits)  # for `Drive.CMD_VEL`
     keep_distance: float = 1.0  # [m] from the person (thesis 4.1.2)
@@ -90,9 +90,9 @@ class HeardPlace(RobotPlace):
         super().take_localised(message)
         self.told += 1
 
-    def take_transforms(self, message: Any) -> None:
+    def take_transforms(self, message: Any, *, static: bool = False) -> None:
         """Take in the transforms of a message of ``/tf`` or ``/tf_static``."""
-        super().take_transforms(message)
+        super().take_transforms(message, static=static)
         frames = (*self.bases, *WORLDS)
         self.told += any(t.child_frame_id.lstrip("/") in frames for t in message.transforms)
 
@@ -354,7 +354,7 @@ class Ros2Robot(Robot):
             self.fail(command, self._why_lost(topic, lost))
 
     def _header(self) -> Fields:
-        return header_fields(self._clock(), self.settings.world)
+        return header_fields(self._clock(), self.settings.world or self._place.world or "map")
 
     def _tell(self, topic: str, kind: str, fields: Fields) -> None:
         try:

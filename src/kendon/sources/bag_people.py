@@ -125,9 +125,7 @@ class PeopleReading:
         self._note_face(frames, stamps, notes)
         return BagPerson(track, tuple(notes))
 
-    def track(
-        self, person: Person, stamps: IntArray, frames: list[str], notes: list[str]
-    ) -> Track:
+    def track(self, person: Person, stamps: IntArray, frames: list[str], notes: list[str]) -> Track:
         """One person at some stamps.
 
         Args:

@@ -143,7 +143,7 @@ class HumansLog:
     def smile_awaited(self, face: str, stamp: int, within: int) -> bool:
         """Whether a face's Action Units are still to come for a stamp; see `TransformTree`."""
         told = self._facs.get(face)
-        return bool(told) and told[-1][0] < stamp <= told[-1][0] + within
+        return told is not None and told[-1][0] < stamp <= told[-1][0] + within
 
     def forget(self, before: int) -> None:
         """Drop what is stamped before a time [ns]; who is whose is remembered."""
