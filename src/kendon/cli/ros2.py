@@ -23,6 +23,7 @@ from kendon.cli.options import (
 from kendon.errors import DataError, ParameterError
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
+from kendon.robots.base import Command, CommandStatus
 from kendon.ros.dds import DOMAINS, DdsNode
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
@@ -109,6 +110,7 @@ def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
     told_notes = 0
     waiting = ""
     phases: dict[str, Phase] = {}
+    going: list[Command] = []
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
     try:
         for told, moments in node.run():
@@ -117,6 +119,11 @@ def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
             for moment in moments:
                 for command in moment.commands:
                     out.print(f"  robot  {command}", highlight=False, markup=False)
+                    going.append(command)
+            for command in [command for command in going if not command.running]:
+                going.remove(command)
+                if command.status is CommandStatus.FAILED:
+                    note(f"{command} failed: {command.reason}")
             notes = node.notes
             for sentence in notes[told_notes:]:
                 note(sentence)

@@ -88,6 +88,8 @@ class HeardPlace(RobotPlace):
     def take_localised(self, message: Any) -> None:
         """Take in a message with a pose, such as an Odometry."""
         super().take_localised(message)
+        if not self._by_frames:
+            self.world = message.header.frame_id.lstrip("/") or self.world
         self.told += 1
 
     def take_transforms(self, message: Any, *, static: bool = False) -> None:

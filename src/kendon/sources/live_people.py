@@ -30,7 +30,7 @@ PATIENCE = 250_000_000
 #: So long the first frames wait for the robot's own frames, which are told by others [ns].
 SETTLING = 1_000_000_000
 #: So long messages are remembered, by their stamps [ns].
-MEMORY = 10_000_000_000
+MEMORY = 3_000_000_000
 #: Somebody who is tracked for so long without a place is spoken of [ns].
 _UNPLACED = 3_000_000_000
 #: From so many lags one can tell whether there are two clocks.
