@@ -1,6 +1,6 @@
 """ROS4HRI bags played over DDS in real time, against the same bags read from their files.
 
-    PYTHONPATH=src python benchmarks/ros2.py BAG...
+    PYTHONPATH=src:tests python benchmarks/ros2.py BAG...
 
 Each bag is played by a process of its own to `kendon ros2`, on a private domain of this machine.
 Printed are the greatest difference between the beliefs told and those read from the file, how many
@@ -21,11 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "tests")]
 from ros2_peers import LOOPBACK, free_domain, peer, until
-
-os.environ["CYCLONEDDS_URI"] = LOOPBACK
 
 from kendon.estimate import estimate
 from kendon.features import observe
@@ -48,6 +44,7 @@ class Witness:
         self.beliefs: dict[str, list[tuple[int, int, Any]]] = {}  # name -> stamp, when, message
 
     def follow(self) -> None:
+        """Read what has come to be published."""
         for topic, offer in self.node.offers().items():
             if topic == "/tf" and not self.heads:
                 self.heads[0] = 0
@@ -92,8 +89,10 @@ def play(bag: Path, domain: int) -> str:
         witness = Witness(node)
         command = "from kendon.cli import main; main()"
         options = ["ros2", "--domain", str(domain), "--record", str(recording)]
-        running = subprocess.Popen([sys.executable, "-c", command, *options],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+        quiet = subprocess.DEVNULL
+        running = subprocess.Popen(
+            [sys.executable, "-c", command, *options], stdout=quiet, stderr=quiet
+        )
         until(node, lambda: "/state" in node.offers())
         with peer("play", str(domain), str(bag), "1") as player:
             assert player.stdout is not None
@@ -113,9 +112,8 @@ def play(bag: Path, domain: int) -> str:
             name = track.name.removeprefix(f"{bag.stem}_")
             expected = estimate(observe(track), model).probabilities
             topic = f"/kendon/{name}/belief"
-            rows = np.array(
-                [m.message.probabilities for m in read_messages(recording, lambda t: t == topic)]
-            )
+            told = read_messages(recording, topic.__eq__)
+            rows = np.array([belief.message.probabilities for belief in told])
             # The last interval ends with the file there, and with the next frame here.
             n = min(len(rows), len(expected)) - 1
             worst = max(worst, float(np.abs(rows[:n] - expected[:n]).max()))
@@ -131,5 +129,6 @@ def play(bag: Path, domain: int) -> str:
 
 
 if __name__ == "__main__":
+    os.environ["CYCLONEDDS_URI"] = LOOPBACK
     for number, name in enumerate(sys.argv[1:]):
         print(play(Path(name), (free_domain() + number) % 230), flush=True)

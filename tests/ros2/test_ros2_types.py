@@ -60,8 +60,8 @@ def as_idl(message: Any, kind: Any) -> Any:
 
 
 def _as_idl(value: Any) -> Any:
-    if dataclasses.is_dataclass(value):
-        return as_idl(value, idl_struct(value.__msgtype__))  # type: ignore[attr-defined]
+    if hasattr(value, "__msgtype__"):
+        return as_idl(value, idl_struct(value.__msgtype__))
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [_as_idl(one) for one in value] if isinstance(value, list) else value

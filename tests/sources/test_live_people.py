@@ -54,7 +54,9 @@ def person(seconds: float = 3.9, name: str = "ann", face: str = "f1") -> list[To
     return told
 
 
-def hear(messages: list[BagMessage], live: LivePeople | None = None) -> dict[str, list[PersonFrame]]:
+def hear(
+    messages: list[BagMessage], live: LivePeople | None = None
+) -> dict[str, list[PersonFrame]]:
     """The frames of everybody, by name, when messages are heard."""
     live = live or LivePeople()
     found: dict[str, list[PersonFrame]] = {}
@@ -147,7 +149,7 @@ def test_a_person_is_known_by_the_head_of_a_body_where_the_face_is_lost(tmp_path
 
 
 def test_a_name_that_is_told_late_goes_on_with_the_same_face(tmp_path: Path) -> None:
-    told = [one for one in [*robot(), *person()] if not isinstance(one, Text)]
+    told: list[Told] = [one for one in [*robot(), *person()] if not isinstance(one, Text)]
     told += [Text(2.5, "/humans/persons/ann/face_id", "f1")]
     frames = hear(messages_of(write_bag(tmp_path, "mcap", told)))
     assert list(frames) == ["b1", "f1", "ann"]  # nobody said whose body it is

@@ -21,7 +21,8 @@ DOMAINS = range(233)
 DEPTH = 10
 #: Transforms of a whole second, at any rate that there is.
 READ_DEPTH = 500
-_RELIABLE_SECONDS = 10
+#: So long one slow reader may hold up a message to all [s].
+_BLOCKS = 0.05
 
 
 class _Reader(NamedTuple):
@@ -122,10 +123,19 @@ class DdsNode:
         return raw
 
     def publish_raw(self, topic: str, kind: str, raw: bytes) -> None:
-        """Publish a message that is bytes already (CDR, with its header)."""
+        """Publish a message that is bytes already (CDR, with its header).
+
+        Raises:
+            KendonError: it is no message of its type, or a reader holds everything up.
+        """
+        from cyclonedds.core import DDSException
+
         self.advertise(topic, kind)
         writer, _ = self._writers[topic]
-        writer.write(wrapped(self._topics[topic].data_type, raw))
+        try:
+            writer.write(wrapped(self._topics[topic].data_type, raw))
+        except DDSException as error:
+            raise KendonError(f"{topic} cannot be published ({_one_line(error)})") from None
 
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
@@ -147,7 +157,7 @@ class DdsNode:
                     count += 1
                     try:
                         message = store.deserialize_cdr(sample.raw, kind)
-                    except Exception:  # bytes that are no such message can raise anything
+                    except Exception:  # a text that is no UTF-8, for one
                         self._note_misfit(topic, kind)
                         continue
                     callback(sample.raw, message)
@@ -209,7 +219,7 @@ def _qos(*, reliable: bool, latched: bool, depth: int) -> Any:
     from cyclonedds.qos import Policy, Qos
     from cyclonedds.util import duration
 
-    patience = duration(seconds=_RELIABLE_SECONDS)
+    patience = duration(seconds=_BLOCKS)
     reliability = Policy.Reliability
     durability = Policy.Durability
     return Qos(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from kendon.errors import KendonError
 from kendon.features import ROBOT_FACE
 from kendon.geometry import Vec3
 from kendon.greeter import Flow, Moment
@@ -117,7 +118,7 @@ class Ros2Node:
             return f"{where}: {unplaced}"
         return f"nobody is there yet; heard are {', '.join(sorted(self._heard))} {where}"
 
-    def run(self) -> Iterator[tuple[list[Told], list[Moment]]]:
+    def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:
         """Run for ever, a step of 0.1 s at a time: what was told of people, what the robot did.
 
         However it ends, the robot is told to stop, and who was there is told to be unknown.
@@ -250,6 +251,10 @@ class Ros2Node:
 
     def _publish(self, topic: str, kind: str, fields: Fields) -> None:
         self._leaving = [(since, name) for since, name in self._leaving if name != topic]
-        raw = self.transport.publish(topic, kind, fields)
+        try:
+            raw = self.transport.publish(topic, kind, fields)
+        except KendonError as error:
+            self._refused[topic] = f"{error}."[0].upper() + f"{error}."[1:]
+            return
         if self._recorder is not None:
             self._recorder.write(topic, kind, self._now(), raw)

@@ -6,13 +6,14 @@ voice and face end after the time that they take, as long as somebody reads thei
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from kendon.errors import ParameterError, RobotError
+from kendon.errors import KendonError, ParameterError, RobotError
 from kendon.geometry import Pose2D, Vec3, wrap_angle
 from kendon.robots.base import Command, CommandKind, Robot
 from kendon.robots.clearance import Clearance
@@ -159,7 +160,8 @@ class Ros2Robot(Robot):
         """Stop the base at once; nothing brakes it any more afterwards."""
         if self._base is not None:
             self._base.aim()
-            self._halt_now()
+            with contextlib.suppress(RobotError):  # it cannot be told, and nobody is left to hear
+                self._halt_now()
 
     # ---- the hooks of Robot
 
@@ -191,7 +193,12 @@ class Ros2Robot(Robot):
         self._readers = self._transport.asked()
         self._locate()
         if self._base is not None and self.settings.drive is Drive.CMD_VEL:
-            self._steer(self._base, dt)
+            try:
+                self._steer(self._base, dt)
+            except RobotError as trouble:
+                for kind in (CommandKind.GO_TO, CommandKind.TURN_TO, CommandKind.STOP):
+                    if command := self.running(kind):
+                        self.fail(command, str(trouble))
         for command in list(self._occupied.values()):
             if not command.running:
                 continue
@@ -315,7 +322,7 @@ class Ros2Robot(Robot):
             base.aim()
             self.succeed(command, reason)
         elif self._standing_for >= STUCK_SECONDS:
-            self._stand()
+            self._try_abort(command)
             self.fail(command, f"the robot has stood still for {STUCK_SECONDS:g} s off its goal")
 
     def _why_lost(self, topic: str, lost: float) -> str:
@@ -361,5 +368,5 @@ class Ros2Robot(Robot):
     def _tell(self, topic: str, kind: str, fields: Fields) -> None:
         try:
             self._transport.publish(topic, kind, fields)
-        except OSError as error:
-            raise RobotError(f"{topic} cannot be published ({error})") from None
+        except KendonError as error:
+            raise RobotError(str(error)) from None

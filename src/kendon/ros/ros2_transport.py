@@ -46,7 +46,11 @@ class Transport(Protocol):
         """Announce a topic, so that readers find it before the first message."""
 
     def publish(self, topic: str, kind: str, fields: Fields) -> bytes:
-        """Publish a message from its fields; returns it as it went over the wire."""
+        """Publish a message from its fields; returns it as it went over the wire.
+
+        Raises:
+            KendonError: it cannot be published.
+        """
 
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
