@@ -19,6 +19,8 @@ from kendon.ros.ros2_types import build, type_store
 DOMAINS = range(233)
 #: What ROS 2 keeps for a slow reader (rmw_qos_profile_default).
 DEPTH = 10
+#: What tf2_ros keeps, of its own broadcasters' messages.
+DEPTHS = {"/tf": 100, "/tf_static": 1}
 #: Transforms of a whole second, at any rate that there is.
 READ_DEPTH = 500
 #: So long one slow reader may hold up a message to all [s].
@@ -56,6 +58,7 @@ class DdsNode:
         type_store()
         self.domain = domain
         self.notes: list[str] = []  # what a user should know, one sentence each
+        self.lost = 0  # messages that DDS knows to have been sent, but could not get
         try:
             self._participant = domains.DomainParticipant(domain)
             self._discovery = builtin.BuiltinDataReader(
@@ -80,6 +83,7 @@ class DdsNode:
     def offers(self) -> dict[str, Offer]:
         """What others publish at present, by topic."""
         self._discover(self._discovery, self._note_offer, self._offers)
+        self._count_lost()
         return {topic: next(iter(found.values())) for topic, found in self._offers.items() if found}
 
     def asked(self) -> dict[str, str]:
@@ -112,7 +116,7 @@ class DdsNode:
         from cyclonedds.pub import DataWriter
 
         if topic not in self._writers:
-            qos = _qos(reliable=True, latched=latched, depth=1 if latched else DEPTH)
+            qos = _qos(reliable=True, latched=latched, depth=DEPTHS.get(topic, DEPTH))
             writer = DataWriter(self._participant, self._topic(topic, kind), qos=qos)
             self._writers[topic] = writer, kind
 
@@ -172,7 +176,16 @@ class DdsNode:
         del self._wait, self._discovery, self._readers_about, self._participant
 
     def _note_misfit(self, topic: str, kind: str) -> None:
-        sentence = f"Messages of {topic} do not fit {kind} as it is known here; they are left out."
+        self._note(f"Messages of {topic} do not fit {kind} as it is known here; they are left out.")
+
+    def _count_lost(self) -> None:
+        for topic, (reader, *_) in self._readers.items():
+            status = reader.get_sample_lost_status()
+            if status is not None and status.total_count_change:
+                self.lost += status.total_count_change
+                self._note(f"Messages of {topic} are lost on the way: too much for this computer?")
+
+    def _note(self, sentence: str) -> None:
         if sentence not in self.notes:
             self.notes.append(sentence)
 

@@ -20,7 +20,7 @@ from kendon.person import FloatArray, IntArray, Track
 from kendon.sources.base import CameraMount
 from kendon.sources.camera_geometry import MountedCamera
 from kendon.sources.ros4hri import HumansLog, Person, joint_frames
-from kendon.sources.transforms import Poses
+from kendon.sources.transforms import Poses, axis_of, turned_by
 from kendon.tracks import MAX_COORDINATE
 
 #: The robot's base, the best frame first (REP-105, REP-120).
@@ -29,8 +29,6 @@ BASES = ("base_footprint", "base_link")
 WORLDS = ("odom", "map")
 #: The head of a body stands in for a face that was lost for longer than this [ns].
 FACE_LOST = 100_000_000
-#: Stamps and receipt farther apart than this are two clocks [s].
-TWO_CLOCKS = 1.0
 #: A gaze this near to the head's direction everywhere is no estimate of its own [rad].
 _SAME_DIRECTION = 1e-3
 _NANO = 1e-9
@@ -92,7 +90,7 @@ class PeopleReading:
         self.state = state or PlacingState(
             min(int(head_stamps(log, person)[0]) for person in people)
         )
-        self._notes = list(_clock_notes(log))
+        self._notes = log.notes()
         frames = self._tree.frames
         bases = [name for name in BASES if name in frames]
         seen = _head_frames(people[0])[0]
@@ -150,7 +148,7 @@ class PeopleReading:
         return Track.build(
             np.asarray((stamps - self.state.start) * _NANO, dtype=np.float64),
             place,
-            head_rotation=_turned(turn, rotation),
+            head_rotation=turned_by(turn, rotation),
             eyes=eyes,
             eye_gaze=gaze,
             joints=self._joints(person, stamps, mount),
@@ -272,7 +270,7 @@ class PeopleReading:
         gazes = [f"gaze_{f[5:]}" if f.startswith("face_") else "" for f in frames]
         turn = self._each(gazes, stamps)[1]
         # The gaze frame is an optical one, the head's x axis points out of the face (REP-155).
-        directions, ahead = _axis(turn, 2), _axis(rotation, 0)
+        directions, ahead = axis_of(turn, 2), axis_of(rotation, 0)
         cosine = np.einsum("ij,ij->i", directions, ahead)
         # The comparison is false for what is unknown.
         off = np.arccos(np.clip(cosine, -1, 1)) > _SAME_DIRECTION
@@ -318,7 +316,7 @@ class PeopleReading:
         if self._world is not None:
             poses = self._tree.lookup(self._world, self._base, stamps)
             known = np.isfinite(poses.position).all(axis=1)
-            ahead = _axis(poses.rotation[known], 0)
+            ahead = axis_of(poses.rotation[known], 0)
             columns = np.column_stack(
                 [poses.position[known, :2], np.arctan2(ahead[:, 1], ahead[:, 0])]
             )
@@ -364,25 +362,6 @@ class PeopleReading:
         return found
 
 
-def _clock_notes(log: HumansLog) -> list[str]:
-    tree, notes = log.transforms, []
-    if abs(log.lag) > TWO_CLOCKS:
-        way = "behind" if log.lag > 0 else "ahead of"
-        notes.append(
-            f"The messages' stamps are {abs(log.lag):.1f} s {way} the recorder's clock"
-            " in the median; the stamps are used."
-        )
-    for number, what in (
-        (tree.refused, "no poses (NaN, or a quaternion without length 1)"),
-        (log.unstamped, "not stamped"),
-    ):
-        if number:
-            notes.append(f"{number} of the transforms are {what}; they are left out.")
-    if tree.late:
-        notes.append(f"{tree.late} of the transforms came late; they are sorted by their stamps.")
-    return notes
-
-
 def head_stamps(log: HumansLog, person: Person) -> IntArray:
     """When somebody was told of [ns], sorted, each stamp once."""
     told = [log.transforms.stamps(frame) for frame in _head_frames(person)]
@@ -400,29 +379,6 @@ def _far(stamps: IntArray, others: IntArray, limit: int) -> NDArray[np.bool_]:
     after = np.clip(np.searchsorted(others, stamps), 1, len(others) - 1) if len(others) > 1 else 0
     nearest = np.minimum(np.abs(others[after] - stamps), np.abs(others[after - 1] - stamps))
     return np.asarray(nearest > limit)
-
-
-def _axis(rotation: FloatArray, number: int) -> FloatArray:
-    """Where a rotated axis points, (T, 3); NaN where the rotation (T, 4) is unknown."""
-    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
-
-    axis = np.full((len(rotation), 3), math.nan)
-    known = np.isfinite(rotation).all(axis=1)
-    if known.any():
-        axis[known] = Rotation.from_quat(rotation[known]).as_matrix()[:, :, number]
-    return axis
-
-
-def _turned(turn: FloatArray, rotation: FloatArray) -> FloatArray:
-    """Rotations (T, 4), then all turned by a matrix (3, 3)."""
-    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
-
-    result = np.full((len(rotation), 4), math.nan)
-    known = np.isfinite(rotation).all(axis=1)
-    if known.any():
-        both = Rotation.from_matrix(turn) * Rotation.from_quat(rotation[known])
-        result[known] = both.as_quat()
-    return result
 
 
 def listed(names: Sequence[str]) -> str:

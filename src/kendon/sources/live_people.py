@@ -8,6 +8,7 @@ longer than `PATIENCE`; where faces come out of order, it waits as long as the l
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,13 +18,12 @@ from kendon.person import PersonFrame
 from kendon.sources.bag_people import (
     BASES,
     FACE_LOST,
-    TWO_CLOCKS,
     BagOptions,
     PeopleReading,
     PlacingState,
     listed,
 )
-from kendon.sources.ros4hri import HumansLog, Person
+from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
 
 #: A frame waits so long for what is missing about it, by when its messages came [ns].
 PATIENCE = 250_000_000
@@ -35,6 +35,7 @@ MEMORY = 3_000_000_000
 _UNPLACED = 3_000_000_000
 #: From so many lags one can tell whether there are two clocks.
 _LAGS = 20
+_NUMBERS = re.compile(r"\d+(\.\d+)?")
 _NANO = 1e-9
 
 
@@ -62,6 +63,7 @@ class LivePeople:
         self._frames: set[str] = set()  # those that the reading knows
         self._people: list[Person] = []
         self._new_notes: list[str] = []  # of the reading
+        self._said: set[str] = set()  # the notes without their numbers
         self._judged = False  # whether it is known if there are two clocks
         self._restart()
 
@@ -221,7 +223,9 @@ class LivePeople:
 
     def _note(self, sentence: str) -> None:
         sentence = sentence[0].upper() + sentence[1:]
-        if sentence not in self.notes:
+        kind = _NUMBERS.sub("", sentence)  # piece by piece, the same is said of other times
+        if kind not in self._said:
+            self._said.add(kind)
             self.notes.append(sentence)
 
     def _tell_new(self) -> None:

@@ -29,6 +29,8 @@ _AU06, _AU12 = 6, 12
 _FACS, _SHARE = 5.0, 1.0
 #: A smile is known so long before and after it was told [ns].
 _SMILE_HOLDS = 200_000_000
+#: Stamps and receipt farther apart than this are two clocks [s].
+TWO_CLOCKS = 1.0
 #: So many lags are kept when the rest is forgotten.
 _LAGS = 1000
 
@@ -113,6 +115,27 @@ class HumansLog:
     def lag(self) -> float:
         """How long after its stamp a transform was received, in the median [s]; 0 if none was."""
         return float(np.median(self._lags)) / _NANO if self._lags else 0.0
+
+    def notes(self) -> list[str]:
+        """What a user should know about how it was told, one sentence each."""
+        tree, notes = self.transforms, []
+        if abs(self.lag) > TWO_CLOCKS:
+            way = "behind" if self.lag > 0 else "ahead of"
+            notes.append(
+                f"The messages' stamps are {abs(self.lag):.1f} s {way} the recorder's clock"
+                " in the median; the stamps are used."
+            )
+        for number, what in (
+            (tree.refused, "no poses (NaN, or a quaternion without length 1)"),
+            (self.unstamped, "not stamped"),
+        ):
+            if number:
+                notes.append(f"{number} of the transforms are {what}; they are left out.")
+        if tree.late:
+            notes.append(
+                f"{tree.late} of the transforms came late; they are sorted by their stamps."
+            )
+        return notes
 
     def people(self) -> list[Person]:
         """Everybody whose face or head has a place, in the order in which they were first seen."""

@@ -319,3 +319,26 @@ class TransformTree:
             position = turn.apply(position) + place
             rotation = turn * rotation
         return position, rotation
+
+
+def axis_of(rotation: FloatArray, number: int) -> FloatArray:
+    """Where a rotated axis points, (T, 3); NaN where the rotation (T, 4) is unknown."""
+    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
+    axis = np.full((len(rotation), 3), math.nan)
+    known = np.isfinite(rotation).all(axis=1)
+    if known.any():
+        axis[known] = Rotation.from_quat(rotation[known]).as_matrix()[:, :, number]
+    return axis
+
+
+def turned_by(turn: FloatArray, rotation: FloatArray) -> FloatArray:
+    """Rotations (T, 4), then all turned by a matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
+    result = np.full((len(rotation), 4), math.nan)
+    known = np.isfinite(rotation).all(axis=1)
+    if known.any():
+        both = Rotation.from_matrix(turn) * Rotation.from_quat(rotation[known])
+        result[known] = both.as_quat()
+    return result
