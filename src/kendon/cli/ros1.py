@@ -82,7 +82,8 @@ def ros1_command(
         note(f"Nobody answers yet for {', '.join(missing)}; their commands fail until then.")
     if not place.known:
         note("Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still.")
-    signal.signal(signal.SIGTERM, _interrupt)  # as roslaunch ends its nodes
+    for number in (signal.SIGINT, signal.SIGTERM):  # roslaunch sends both
+        signal.signal(number, _interrupt)
     shown = ""
     try:
         for told in node.run():

@@ -12,7 +12,7 @@ from kendon.ros.ros1.environment import ros_module
 
 #: How long a server may be unheard of until it counts as gone [s]; actionlib's tell their status
 #: five times a second.
-_STATUS_HOLDS = 2.0
+_STATUS_HOLDS = 5.0
 
 
 @dataclass(eq=False)

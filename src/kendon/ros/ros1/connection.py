@@ -60,6 +60,8 @@ def start_node(name: str, remappings: Sequence[str] = ()) -> None:
         raise ParameterError(f"ROS refuses this node: {error}") from None
     finally:
         # init_node configures logging for the whole process.
+        for added in set(root.handlers) - set(handlers):
+            added.close()
         root.handlers[:], root.level = handlers, level
 
 

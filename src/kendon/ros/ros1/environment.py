@@ -35,33 +35,12 @@ APT = (
     " python3-tf2-msgs python3-visualization-msgs"
 )
 #: The packages of that folder that are ROS's, and those it needs which are plain Python.
-_ROS = frozenset(
-    [
-        "actionlib",
-        "actionlib_msgs",
-        "catkin",
-        "catkin_pkg",
-        "genmsg",
-        "genpy",
-        "geometry_msgs",
-        "move_base_msgs",
-        "roscpp",
-        "rosgraph",
-        "rosgraph_msgs",
-        "roslib",
-        "rosmaster",
-        "rospy",
-        "sensor_msgs",
-        "std_msgs",
-        "tf2_msgs",
-        "visualization_msgs",
-        "defusedxml",
-        "distro",
-        "pyparsing",
-        "rospkg",
-        "yaml",
-    ]
-)
+_ROS = frozenset({
+    "actionlib", "actionlib_msgs", "catkin", "catkin_pkg", "genmsg", "genpy", "geometry_msgs",
+    "move_base_msgs", "roscpp", "rosgraph", "rosgraph_msgs", "roslib", "rosmaster", "rospy",
+    "sensor_msgs", "std_msgs", "tf2_msgs", "visualization_msgs",
+    "defusedxml", "distro", "pyparsing", "rospkg", "yaml",
+})  # fmt: skip
 _REFERENCE = re.compile(r"^\s*([a-zA-Z]\w*)/(\w+)", re.MULTILINE)
 
 

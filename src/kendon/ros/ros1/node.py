@@ -14,6 +14,7 @@ from kendon.ros.parts import AnsweringPart, Told, make_part
 from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import MasterWatch, require_type
 from kendon.ros.ros1.environment import messages, ros_module
+from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.ros1.vizzy import follow_robot
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.stream import PersonStream
@@ -69,6 +70,7 @@ class GreetingNode:
         self.part = make_part(self.stream, robot, settings)
         self._publish = self._publishers()
         self._subscribe(name)
+        self._markers = MarkerPublisher(robot, place) if settings.markers else None
         self._master = MasterWatch()
         self._started = time.monotonic()
 
@@ -126,6 +128,8 @@ class GreetingNode:
                     fill_observation(observation, moment.observation)
                 )
                 self._publish["state"].publish(fill_state(self._state_class(), moment.belief.phase))
+            if self._markers is not None:
+                self._markers.show(moment)
             yield one
 
     def _publishers(self) -> dict[str, Any]:
