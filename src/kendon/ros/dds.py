@@ -21,8 +21,8 @@ DOMAINS = range(233)
 DEPTH = 10
 #: What tf2_ros keeps, of its own broadcasters' messages.
 DEPTHS = {"/tf": 100, "/tf_static": 1}
-#: Transforms of a whole second, at any rate that there is.
-READ_DEPTH = 500
+#: Transforms of some seconds, at any rate that there is.
+READ_DEPTH = 2000
 #: So long one slow reader may hold up a message to all [s].
 _BLOCKS = 0.05
 
