@@ -26,6 +26,8 @@ from kendon.cli.information import (
 )
 from kendon.cli.ros1 import EPILOG as ROS1_EPILOG
 from kendon.cli.ros1 import ros1_command
+from kendon.cli.ros2 import EPILOG as ROS2_EPILOG
+from kendon.cli.ros2 import ros2_command
 from kendon.cli.simulate import EPILOG as SIMULATE_EPILOG
 from kendon.cli.simulate import simulate_command
 from kendon.errors import KendonError
@@ -44,6 +46,7 @@ app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
 app.command("fit", epilog=FIT_EPILOG)(fit_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
+app.command("ros2", epilog=ROS2_EPILOG)(ros2_command)
 app.command("ros1", epilog=ROS1_EPILOG)(ros1_command)
 app.command("sources")(sources_command)
 app.command("robots")(robots_command)

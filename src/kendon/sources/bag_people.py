@@ -1,4 +1,7 @@
-"""People of ROS4HRI (REP-155) as tracks: placed by TF in the robot's base frame."""
+"""People of ROS4HRI (REP-155) as tracks: placed by TF in the robot's base frame.
+
+A whole recording is placed at once, what is heard live piece by piece, by the same code.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from kendon.person import FloatArray, IntArray, Track
 from kendon.sources.base import CameraMount
 from kendon.sources.camera_geometry import MountedCamera
 from kendon.sources.ros4hri import HumansLog, Person, joint_frames
-from kendon.sources.transforms import Poses
+from kendon.sources.transforms import Poses, axis_of, turned_by
 from kendon.tracks import MAX_COORDINATE
 
 #: The robot's base, the best frame first (REP-105, REP-120).
@@ -25,9 +28,7 @@ BASES = ("base_footprint", "base_link")
 #: In what the robot moves, likewise: `odom` first, as it never jumps, and speeds come from it.
 WORLDS = ("odom", "map")
 #: The head of a body stands in for a face that was lost for longer than this [ns].
-_FACE_LOST = 100_000_000
-#: Stamps and receipt farther apart than this are two clocks [s].
-_TWO_CLOCKS = 1.0
+FACE_LOST = 100_000_000
 #: A gaze this near to the head's direction everywhere is no estimate of its own [rad].
 _SAME_DIRECTION = 1e-3
 _NANO = 1e-9
@@ -51,27 +52,45 @@ class BagPerson:
     notes: tuple[str, ...] = ()  # what a user should know about how it was read
 
 
+@dataclass(eq=False)
+class PlacingState:
+    """What the pieces of a live reading know from those before them."""
+
+    start: int  # [ns], when time is 0
+    mounted: MountedCamera | None = None  # how the frame people are placed in sits on the robot
+    gazing: set[str] = field(default_factory=set)  # who has a gaze that is not the head's
+    robot: tuple[int, FloatArray] | None = None  # [ns], the last known pose in the world, (3,)
+
+
 class PeopleReading:
     """Places the people of a recording in the robot's base frame.
 
     Args:
-        path: of the recording, for messages.
+        path: of the recording, for messages; None = it is heard live.
         log: what was told of its people.
         people: everybody in it.
         options: what is known of its frames.
+        state: of an earlier reading of the same people, which this one goes on from.
 
     Raises:
         DataError: the base frame asked for is not in it.
     """
 
     def __init__(
-        self, path: Path, log: HumansLog, people: list[Person], options: BagOptions
+        self,
+        path: Path | None,
+        log: HumansLog,
+        people: list[Person],
+        options: BagOptions,
+        state: PlacingState | None = None,
     ) -> None:
         self._path = path
         self._log = log
         self._tree = log.transforms
-        self._start = min(int(head_stamps(log, person)[0]) for person in people)
-        self._notes = list(_clock_notes(log))
+        self.state = state or PlacingState(
+            min(int(head_stamps(log, person)[0]) for person in people)
+        )
+        self._notes = log.notes()
         frames = self._tree.frames
         bases = [name for name in BASES if name in frames]
         seen = _head_frames(people[0])[0]
@@ -87,6 +106,7 @@ class PeopleReading:
             self._notes.append(
                 "base_link is taken to lie on the floor, as no base_footprint is there."
             )
+        self.has_base = self._camera is None
         self._world = next((w for w in WORLDS if base and self._tree.connected(w, base)), None)
 
     def person(self, person: Person) -> BagPerson:
@@ -96,10 +116,26 @@ class PeopleReading:
             DataError: their frames are not connected with the base, or are never known with it.
         """
         notes = list(self._notes)
-        stamps, frames = self._heads(person)
+        stamps, frames = self.heads(person)
+        track = self.track(person, stamps, frames, notes)
+        if not np.isfinite(track.head).any():
+            raise DataError(self.why_unknown(frames[0], stamps), file=self._path)
+        self._note_face(frames, stamps, notes)
+        return BagPerson(track, tuple(notes))
+
+    def track(self, person: Person, stamps: IntArray, frames: list[str], notes: list[str]) -> Track:
+        """One person at some stamps.
+
+        Args:
+            person: who.
+            stamps: shape (N,) [ns], growing, and after those of the piece before.
+            frames: the frame by which they are known, each time.
+            notes: what a user should know is added.
+
+        Raises:
+            DataError: they are too far away for metres, or frames are each other's parents.
+        """
         head, rotation = self._each(frames, stamps)
-        if not np.isfinite(head).any():
-            raise DataError(self._why_unknown(frames[0], stamps), file=self._path)
         mount = self._mount(head, notes)
         place, turn = mount.points(head), mount.rotation
         if (np.abs(place[np.isfinite(place)]) > MAX_COORDINATE).any():
@@ -108,21 +144,31 @@ class PeopleReading:
                 " metres, are these millimetres?",
                 file=self._path,
             )
-        eyes, gaze = self._gaze(frames, stamps, place, rotation, mount)
-        smiles = self._smiles(person, frames, stamps, notes)
-        track = Track.build(
-            np.asarray((stamps - self._start) * _NANO, dtype=np.float64),
+        eyes, gaze = self._gaze(person, frames, stamps, place, rotation, mount)
+        return Track.build(
+            np.asarray((stamps - self.state.start) * _NANO, dtype=np.float64),
             place,
-            head_rotation=_turned(turn, rotation),
+            head_rotation=turned_by(turn, rotation),
             eyes=eyes,
             eye_gaze=gaze,
             joints=self._joints(person, stamps, mount),
-            smile=smiles,
+            smile=self._smiles(person, frames, stamps, notes),
             robot=self._robot(stamps, notes),
-            name=f"{self._path.stem}_{person.name}",
+            name=f"{self._path.stem}_{person.name}" if self._path else person.name,
         )
-        self._note_face(frames, stamps, notes)
-        return BagPerson(track, tuple(notes))
+
+    def awaited(self, person: Person, stamp: int, frame: str, within: int) -> bool:
+        """Whether more is still to come about somebody at a stamp, as things go; all in ns."""
+        tree = self._tree
+        frames = [frame, self._base]
+        if frame.startswith("face_"):
+            face = frame.removeprefix("face_")
+            frames.append(f"gaze_{face}")
+            if self._log.smile_awaited(face, stamp, within):
+                return True
+        for body in person.bodies:
+            frames += joint_frames(body, tree.frames).values()
+        return any(tree.awaited(name, stamp, within) for name in frames)
 
     def _sensor(self, people: list[Person]) -> str:
         """The frame in which the first person is given: that of the camera."""
@@ -130,18 +176,25 @@ class PeopleReading:
         frame = f"face_{first.faces[0]}" if first.faces else f"body_{first.bodies[0]}"
         return (self._tree.parents(frame) or [frame])[0]
 
-    def _heads(self, person: Person) -> tuple[IntArray, list[str]]:
-        """When somebody is known, growing [ns], and by which frame each time."""
+    def heads(self, person: Person, after: int = -1) -> tuple[IntArray, list[str]]:
+        """When somebody is known, growing [ns], and by which frame each time.
+
+        Args:
+            person: who.
+            after: only later stamps are given [ns].
+        """
         when: dict[int, str] = {}
         for face in person.faces:
-            for stamp in self._tree.stamps(f"face_{face}").tolist():
+            stamps = self._tree.stamps(f"face_{face}")
+            for stamp in stamps[stamps > after - FACE_LOST].tolist():
                 when.setdefault(stamp, f"face_{face}")
         faces = np.array(sorted(when), dtype=np.int64)
         for body in person.bodies:
             stamps = self._tree.stamps(f"head_{body}")
-            for stamp in stamps[_far(stamps, faces, _FACE_LOST)].tolist():
+            stamps = stamps[stamps > after]
+            for stamp in stamps[_far(stamps, faces, FACE_LOST)].tolist():
                 when.setdefault(stamp, f"head_{body}")
-        order = sorted(when)
+        order = sorted(stamp for stamp in when if stamp > after)
         return np.array(order, dtype=np.int64), [when[stamp] for stamp in order]
 
     def _each(self, frames: list[str], stamps: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -165,6 +218,8 @@ class PeopleReading:
         if self._camera is None:
             return MountedCamera(np.eye(3), np.zeros(3))
         known = head[np.isfinite(head).all(axis=1)]
+        if self.state.mounted is not None or not len(known):
+            return self.state.mounted or MountedCamera.from_mount(self._camera)
         ahead, _, depth = np.median(known, axis=0).tolist()
         # Many drivers name an optical frame just "camera"; people stand ahead of cameras.
         optical = "optical" in self._base or depth > ahead
@@ -182,6 +237,8 @@ class PeopleReading:
             notes.append(
                 f"For gaze at the camera give it as the robot's face (--robot-face {place})."
             )
+        if self._path is None:
+            self.state.mounted = mounted
         return mounted
 
     def _note_face(self, frames: list[str], stamps: IntArray, notes: list[str]) -> None:
@@ -201,22 +258,27 @@ class PeopleReading:
 
     def _gaze(
         self,
+        person: Person,
         frames: list[str],
         stamps: IntArray,
         place: FloatArray,
         rotation: FloatArray,
         mount: MountedCamera,
     ) -> tuple[FloatArray | None, FloatArray | None]:
-        """Eyes (T, 2, 3) and their directions, if more is known of the gaze than of the head."""
+        """Eyes (T, 2, 3) and their directions, once more is known of the gaze than of the head."""
         # The head of a body has no gaze frame: that of no name is unknown.
         gazes = [f"gaze_{f[5:]}" if f.startswith("face_") else "" for f in frames]
         turn = self._each(gazes, stamps)[1]
         # The gaze frame is an optical one, the head's x axis points out of the face (REP-155).
-        directions, ahead = _axis(turn, 2), _axis(rotation, 0)
+        directions, ahead = axis_of(turn, 2), axis_of(rotation, 0)
         cosine = np.einsum("ij,ij->i", directions, ahead)
-        off = np.arccos(np.clip(cosine[np.isfinite(cosine)], -1, 1))
-        if not (off > _SAME_DIRECTION).any():
+        # The comparison is false for what is unknown.
+        off = np.arccos(np.clip(cosine, -1, 1)) > _SAME_DIRECTION
+        told = np.logical_or.accumulate(off) | (person.name in self.state.gazing)
+        if not told.any():
             return None, None
+        self.state.gazing.add(person.name)
+        directions = np.where(told[:, None], directions, math.nan)
         # One direction for both eyes, out of the point between them, where the face frame lies.
         both = np.where(np.isfinite(directions), place, math.nan)
         ways = mount.directions(directions)
@@ -254,12 +316,20 @@ class PeopleReading:
         if self._world is not None:
             poses = self._tree.lookup(self._world, self._base, stamps)
             known = np.isfinite(poses.position).all(axis=1)
-            if known.any():
-                ahead = _axis(poses.rotation[known], 0)
-                yaw = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
-                columns = [*poses.position[known, :2].T, yaw]
+            ahead = axis_of(poses.rotation[known], 0)
+            columns = np.column_stack(
+                [poses.position[known, :2], np.arctan2(ahead[:, 1], ahead[:, 0])]
+            )
+            when = stamps[known]
+            if self.state.robot is not None:
+                before, pose = self.state.robot
+                when, columns = np.append(before, when), np.vstack([pose, columns])
+            if len(when):
+                columns[:, 2] = np.unwrap(columns[:, 2])
+                if self._path is None:
+                    self.state.robot = int(when[-1]), columns[-1]
                 # A robot's pose must be known in every frame: between known ones a straight way.
-                return np.stack([np.interp(stamps, stamps[known], c) for c in columns], axis=1)
+                return np.stack([np.interp(stamps, when, c) for c in columns.T], axis=1)
             told = self._tree.stamps(self._base)
             known_when = f" (stamped from {_seconds(told)} s)" if len(told) else ""
             reason = f"is never known in {self._world}{known_when} while people are seen"
@@ -269,7 +339,7 @@ class PeopleReading:
         notes.append(f"{self._base} {reason}: the robot is taken to stand still.")
         return None
 
-    def _why_unknown(self, frame: str, stamps: IntArray) -> str:
+    def why_unknown(self, frame: str, stamps: IntArray) -> str:
         """Why a frame is nowhere known in the base."""
         if not self._tree.connected(self._base, frame):
             return (
@@ -292,25 +362,6 @@ class PeopleReading:
         return found
 
 
-def _clock_notes(log: HumansLog) -> list[str]:
-    tree, notes = log.transforms, []
-    if abs(log.lag) > _TWO_CLOCKS:
-        way = "behind" if log.lag > 0 else "ahead of"
-        notes.append(
-            f"The messages' stamps are {abs(log.lag):.1f} s {way} the recorder's clock"
-            " in the median; the stamps are used."
-        )
-    for number, what in (
-        (tree.refused, "no poses (NaN, or a quaternion without length 1)"),
-        (log.unstamped, "not stamped"),
-    ):
-        if number:
-            notes.append(f"{number} of the transforms are {what}; they are left out.")
-    if tree.late:
-        notes.append(f"{tree.late} of the transforms came late; they are sorted by their stamps.")
-    return notes
-
-
 def head_stamps(log: HumansLog, person: Person) -> IntArray:
     """When somebody was told of [ns], sorted, each stamp once."""
     told = [log.transforms.stamps(frame) for frame in _head_frames(person)]
@@ -328,29 +379,6 @@ def _far(stamps: IntArray, others: IntArray, limit: int) -> NDArray[np.bool_]:
     after = np.clip(np.searchsorted(others, stamps), 1, len(others) - 1) if len(others) > 1 else 0
     nearest = np.minimum(np.abs(others[after] - stamps), np.abs(others[after - 1] - stamps))
     return np.asarray(nearest > limit)
-
-
-def _axis(rotation: FloatArray, number: int) -> FloatArray:
-    """Where a rotated axis points, (T, 3); NaN where the rotation (T, 4) is unknown."""
-    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
-
-    axis = np.full((len(rotation), 3), math.nan)
-    known = np.isfinite(rotation).all(axis=1)
-    if known.any():
-        axis[known] = Rotation.from_quat(rotation[known]).as_matrix()[:, :, number]
-    return axis
-
-
-def _turned(turn: FloatArray, rotation: FloatArray) -> FloatArray:
-    """Rotations (T, 4), then all turned by a matrix (3, 3)."""
-    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
-
-    result = np.full((len(rotation), 4), math.nan)
-    known = np.isfinite(rotation).all(axis=1)
-    if known.any():
-        both = Rotation.from_matrix(turn) * Rotation.from_quat(rotation[known])
-        result[known] = both.as_quat()
-    return result
 
 
 def listed(names: Sequence[str]) -> str:

@@ -29,6 +29,10 @@ _AU06, _AU12 = 6, 12
 _FACS, _SHARE = 5.0, 1.0
 #: A smile is known so long before and after it was told [ns].
 _SMILE_HOLDS = 200_000_000
+#: Stamps and receipt farther apart than this are two clocks [s].
+TWO_CLOCKS = 1.0
+#: So many lags are kept when the rest is forgotten.
+_LAGS = 1000
 
 _TRANSFORMS = {"/tf": False, "/tf_static": True}
 _TRACKED = re.compile(r"/humans/(faces|bodies|persons)/tracked")
@@ -103,9 +107,35 @@ class HumansLog:
                     self._candidates[one][two] = float(message.confidence)
 
     @property
+    def lags(self) -> int:
+        """From how many transforms `lag` is told."""
+        return len(self._lags)
+
+    @property
     def lag(self) -> float:
         """How long after its stamp a transform was received, in the median [s]; 0 if none was."""
         return float(np.median(self._lags)) / _NANO if self._lags else 0.0
+
+    def notes(self) -> list[str]:
+        """What a user should know about how it was told, one sentence each."""
+        tree, notes = self.transforms, []
+        if abs(self.lag) > TWO_CLOCKS:
+            way = "behind" if self.lag > 0 else "ahead of"
+            notes.append(
+                f"The messages' stamps are {abs(self.lag):.1f} s {way} the recorder's clock"
+                " in the median; the stamps are used."
+            )
+        for number, what in (
+            (tree.refused, "no poses (NaN, or a quaternion without length 1)"),
+            (self.unstamped, "not stamped"),
+        ):
+            if number:
+                notes.append(f"{number} of the transforms are {what}; they are left out.")
+        if tree.late:
+            notes.append(
+                f"{tree.late} of the transforms came late; they are sorted by their stamps."
+            )
+        return notes
 
     def people(self) -> list[Person]:
         """Everybody whose face or head has a place, in the order in which they were first seen."""
@@ -132,6 +162,30 @@ class HumansLog:
         """The ids of persons, faces and bodies that were tracked but have no place, sorted."""
         placed = {i for person in self.people() for i in person.ids}
         return sorted(set().union(*self._ids.values()) - placed)
+
+    def smile_awaited(self, face: str, stamp: int, within: int) -> bool:
+        """Whether a face's Action Units are still to come for a stamp; see `TransformTree`."""
+        told = self._facs.get(face)
+        return told is not None and told[-1][0] < stamp <= told[-1][0] + within
+
+    def forget(self, before: int) -> None:
+        """Drop what is stamped before a time [ns]; who is whose is remembered."""
+        self.transforms.forget(before)
+        del self._lags[:-_LAGS]
+        for face, told in list(self._facs.items()):
+            self._facs[face] = [row for row in told if row[0] >= before]
+            if not self._facs[face]:
+                del self._facs[face]
+        frames = set(self.transforms.frames)
+        for kind, prefix in (("faces", "face_"), ("bodies", "head_")):
+            self._ids[kind] = {i for i in self._ids[kind] if prefix + i in frames}
+        self._ids["persons"].clear()
+
+    def restart(self) -> None:
+        """Drop all that is stamped, as the clock has been set; who is whose is remembered."""
+        self.transforms.restart()
+        self._facs.clear()
+        self._lags.clear()
 
     def smiles(self, face: str, stamps: IntArray) -> tuple[FloatArray | None, str]:
         """A face's smile at stamps, and what a user should know of it.

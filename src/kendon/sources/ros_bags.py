@@ -21,8 +21,8 @@ _MENDS_ROS2 = "ros2 bag reindex"
 #: The file that makes a folder a ROS 2 bag.
 METADATA = "metadata.yaml"
 
-#: The messages of ``hri_msgs`` that are read, where a bag does not define them itself.
-_DEFINITIONS = {
+#: The messages of ``hri_msgs`` that are read or written, where nothing else defines them.
+HRI_DEFINITIONS = {
     "hri_msgs/msg/IdsList": "std_msgs/Header header\nstring[] ids\n",
     "hri_msgs/msg/IdsMatch": (
         "int8 UNSET=0\nint8 PERSON=1\nint8 FACE=2\nint8 BODY=3\nint8 VOICE=4\n"
@@ -30,6 +30,10 @@ _DEFINITIONS = {
     ),
     "hri_msgs/msg/FacialActionUnits": (
         "std_msgs/Header header\nfloat32[99] intensity\nfloat32[99] confidence\n"
+    ),
+    "hri_msgs/msg/EngagementLevel": (
+        "std_msgs/Header header\nuint8 UNKNOWN=0\nuint8 DISENGAGED=1\nuint8 ENGAGING=2\n"
+        "uint8 ENGAGED=3\nuint8 DISENGAGING=4\nuint8 level\n"
     ),
 }
 
@@ -73,7 +77,7 @@ def read_messages(path: Path, wanted: Callable[[str], bool]) -> Iterator[BagMess
             f"this is no ROS bag; bags are folders with a {METADATA}, or end in {known}", file=path
         )
     fallback = get_typestore(Stores.ROS2_HUMBLE)
-    for name, text in _DEFINITIONS.items():
+    for name, text in HRI_DEFINITIONS.items():
         fallback.register(get_types_from_msg(text, name))
     # A torn file can make its parsers raise anything at all.
     torn = functools.partial(_torn, path)

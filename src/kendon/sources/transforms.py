@@ -51,6 +51,7 @@ class _Told:
     stamps: list[int] = field(default_factory=list)  # [ns]
     poses: list[list[float]] = field(default_factory=list)  # x y z [m], x y z w
     newest: int = 0  # [ns]
+    late: int = 0  # [ns], how late the latest one was
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,7 @@ class TransformTree:
                     f" {stamp * _NANO:.3f} s: are these two recordings in one?"
                 )
             self.late += 1
+            told.late = max(told.late, told.newest - stamp)
         told.newest = max(told.newest, stamp)
         told.parents.append(parent)
         told.stamps.append(stamp)
@@ -189,6 +191,52 @@ class TransformTree:
                 seen.add(frame)
                 waiting.append(frame)
         return target in seen
+
+    def awaited(self, frame: str, stamp: int, within: int) -> bool:
+        """Whether a pose on the way up from a frame is still to come for a stamp, as things go.
+
+        Args:
+            frame: the lowest one of the way.
+            stamp: for which it is wanted [ns].
+            within: what was not told for so long is no longer told [ns].
+        """
+        passed: set[str] = set()
+        while frame in self._told and frame not in passed:
+            passed.add(frame)
+            told = self._told[frame]
+            if told.stamps:
+                if told.newest < stamp <= told.newest + within:
+                    return True
+                frame = told.parents[-1]
+            elif told.fixed is not None:
+                frame = told.fixed[0]
+        return False
+
+    def lateness(self, frame: str) -> int:
+        """By how much a pose of a frame ever came after a newer one [ns]."""
+        return self._told[frame].late if frame in self._told else 0
+
+    def restart(self) -> None:
+        """Drop all stamped poses: the clock has been set, and begins anew."""
+        for child, told in list(self._told.items()):
+            if told.fixed is None:
+                del self._told[child]
+            else:
+                self._told[child] = _Told(told.fixed)
+        self._edges.clear()
+
+    def forget(self, before: int) -> None:
+        """Drop the poses stamped before a time [ns]; frames without any left are gone."""
+        for child, told in list(self._told.items()):
+            kept = [i for i, stamp in enumerate(told.stamps) if stamp >= before]
+            if len(kept) == len(told.stamps):
+                continue
+            told.parents = [told.parents[i] for i in kept]
+            told.stamps = [told.stamps[i] for i in kept]
+            told.poses = [told.poses[i] for i in kept]
+            self._edges.pop(child, None)
+            if not kept and told.fixed is None:
+                del self._told[child]
 
     def lookup(self, target: str, source: str, stamps: IntArray) -> Poses:
         """Where frame `source` is in frame `target`.
@@ -271,3 +319,26 @@ class TransformTree:
             position = turn.apply(position) + place
             rotation = turn * rotation
         return position, rotation
+
+
+def axis_of(rotation: FloatArray, number: int) -> FloatArray:
+    """Where a rotated axis points, (T, 3); NaN where the rotation (T, 4) is unknown."""
+    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
+    axis = np.full((len(rotation), 3), math.nan)
+    known = np.isfinite(rotation).all(axis=1)
+    if known.any():
+        axis[known] = Rotation.from_quat(rotation[known]).as_matrix()[:, :, number]
+    return axis
+
+
+def turned_by(turn: FloatArray, rotation: FloatArray) -> FloatArray:
+    """Rotations (T, 4), then all turned by a matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
+    result = np.full((len(rotation), 4), math.nan)
+    known = np.isfinite(rotation).all(axis=1)
+    if known.any():
+        both = Rotation.from_matrix(turn) * Rotation.from_quat(rotation[known])
+        result[known] = both.as_quat()
+    return result

@@ -1,0 +1,1 @@
+"""kendon in a colcon workspace."""

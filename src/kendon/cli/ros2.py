@@ -1,0 +1,155 @@
+"""`kendon ros2`: a node of ROS 2 that needs no ROS."""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from kendon.cli.options import (
+    CameraPoseOption,
+    ModelOption,
+    RobotFaceOption,
+    err,
+    note,
+    out,
+    point,
+    source_options,
+)
+from kendon.errors import DataError, ParameterError
+from kendon.models import DEFAULT_MODEL, load_model
+from kendon.phases import Phase
+from kendon.robots.base import Command, CommandStatus
+from kendon.ros.dds import DOMAINS, DdsNode
+from kendon.ros.ros2_node import Ros2Node
+from kendon.ros.ros2_reading import Engagement, Told
+from kendon.ros.ros2_record import Recorder
+from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.sources.bag_people import BagOptions
+from kendon.trees import GreetingTree
+
+EPILOG = """
+**Examples**
+
+`kendon ros2 --domain 7` · phases and engagement of all ROS4HRI people on this domain
+
+`kendon ros2 --robot goal_pose` · and let a robot with Nav2 greet them
+
+`kendon ros2 --robot cmd_vel --robot-face 0.1,0,1.1 --record greeting.mcap` · ros2_control; recorded
+"""
+#: Whoever waits for nobody is told so after this [s].
+_PATIENCE = 3.0
+
+
+def ros2_command(
+    domain: Annotated[
+        int, typer.Option(envvar="ROS_DOMAIN_ID", help="DDS's number of the network of nodes.")
+    ] = 0,
+    robot: Annotated[
+        Drive | None,
+        typer.Option(
+            help="Let a robot greet: goal_pose is for Nav2, cmd_vel for ros2_control and its kin."
+        ),
+    ] = None,
+    model: ModelOption = DEFAULT_MODEL,
+    tree: Annotated[
+        Path | None, typer.Option(help="A BehaviorTree.CPP XML file instead of kendon's own.")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="Record all that is heard and told into this .mcap.")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="End after so many seconds; until Ctrl-C if not given.")
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option(help="The robot's base frame, if it is not base_footprint.")
+    ] = None,
+    world: Annotated[
+        str, typer.Option(help="The frame that goals are given in, if not that of /tf or /odom.")
+    ] = "",
+    leash: Annotated[
+        float | None, typer.Option(help="Drive no farther than this from the start [m].")
+    ] = None,
+    robot_face: RobotFaceOption = "0,0,1.2",
+    camera_pose: CameraPoseOption = "0,0,1.2",
+) -> None:
+    """Be a node of ROS 2, without ROS: read people, tell their phases, let a robot greet."""
+    if domain not in DOMAINS:
+        raise ParameterError(f"--domain lies between 0 and {DOMAINS[-1]}, not {domain}")
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise ParameterError(f"--seconds is more than 0, not {seconds:g}")
+    face = point("--robot-face", robot_face)
+    options = BagOptions(base, source_options(camera_pose, None, None, None).camera)
+    greeting_model = load_model(model)
+    behaviour = GreetingTree(tree) if tree else GreetingTree()
+    settings = None
+    if robot is not None:
+        settings = Ros2Settings(robot, world=world, face=face, leash=leash)
+    transport = DdsNode(domain)
+    recorder = Recorder(record) if record else None
+    node = Ros2Node(transport, greeting_model, options=options, face=face, recorder=recorder)
+    if settings is not None:
+        greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
+        node.greet_with(greeter, behaviour)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        _run(node, domain, seconds)
+    finally:
+        node.close()
+        signal.signal(signal.SIGTERM, before)
+    if record and record.exists():
+        out.print(f"All that was heard and told is in {record}.", highlight=False)
+
+
+def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
+    began = time.monotonic()
+    told_notes = 0
+    waiting = ""
+    phases: dict[str, Phase] = {}
+    going: list[Command] = []
+    note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
+    try:
+        for told, moments in node.run():
+            for one in told:
+                _show(one, phases)
+            for moment in moments:
+                for command in moment.commands:
+                    out.print(f"  robot  {command}", highlight=False, markup=False)
+                    going.append(command)
+            for command in [command for command in going if not command.running]:
+                going.remove(command)
+                if command.status is CommandStatus.FAILED:
+                    note(f"{command} failed: {command.reason}")
+            notes = node.notes
+            for sentence in notes[told_notes:]:
+                note(sentence)
+            told_notes = max(told_notes, len(notes))
+            passed = time.monotonic() - began
+            if passed > _PATIENCE and node.waiting not in ("", waiting):
+                waiting = node.waiting
+                note(f"waiting: {waiting}")
+            if seconds is not None and passed >= seconds:
+                break
+    except KeyboardInterrupt:
+        err.print("stopped", style="dim")
+    if seconds is not None and node.waiting:
+        raise DataError(node.waiting)
+
+
+def _show(told: Told, phases: dict[str, Phase]) -> None:
+    """Print a person's phase when it changes, and when they have gone."""
+    if told.observation is None:
+        if phases.pop(told.name, None):
+            out.print(f"{told.name}  gone", highlight=False, markup=False)
+        return
+    if told.belief is None or phases.get(told.name) is told.belief.phase:
+        return
+    phase = phases[told.name] = told.belief.phase
+    level = Engagement(told.engagement).name.lower()
+    line = Text(f"{told.name}  ")
+    line.append(f"{phase.name}  {phase.title}", style=phase.color)
+    out.print(line.append(f"  {level}", style="dim"))

@@ -1,0 +1,230 @@
+"""kendon as a node of rclpy, for colcon workspaces: the same node as over DDS, carried by ROS.
+
+``ros/kendon_ros2`` makes it an executable. rclpy comes with ROS, not from a package index; what
+is needed of it is written down here as protocols.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from kendon.errors import KendonError
+from kendon.models import DEFAULT_MODEL, load_model
+from kendon.phases import Phase
+from kendon.ros.ros2_node import Ros2Node
+from kendon.ros.ros2_record import Recorder
+from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_transport import Callback, Fields, Offer
+from kendon.sources.bag_people import BagOptions
+from kendon.trees import GreetingTree
+
+#: What may be read; the graph of a big robot has hundreds of other topics.
+_HEARD = ("/humans/", "/tf", "/tf_static", "/faces", "/odom")
+
+
+class EndpointInfo(Protocol):
+    """``rclpy.topic_endpoint_info.TopicEndpointInfo``."""
+
+    node_name: str
+    topic_type: str
+    qos_profile: Any
+
+
+class RclpyNode(Protocol):
+    """What is needed of ``rclpy.node.Node``."""
+
+    def get_name(self) -> str:
+        """Its name."""
+
+    def get_logger(self) -> Any:
+        """Its log."""
+
+    def declare_parameter(self, name: str, value: Any) -> Any:
+        """Declare a parameter with its default; returns it."""
+
+    def get_topic_names_and_types(self) -> Iterable[tuple[str, Sequence[str]]]:
+        """All topics of the graph."""
+
+    def get_publishers_info_by_topic(self, topic: str) -> Iterable[EndpointInfo]:
+        """Who publishes a topic."""
+
+    def get_subscriptions_info_by_topic(self, topic: str) -> Iterable[EndpointInfo]:
+        """Who reads a topic."""
+
+    def create_publisher(self, kind: Any, topic: str, qos: Any) -> Any:
+        """Publish a topic."""
+
+    def destroy_publisher(self, publisher: Any) -> Any:
+        """Publish it no more."""
+
+    def create_subscription(
+        self, kind: Any, topic: str, callback: Callable[[bytes], None], qos: Any, *, raw: bool
+    ) -> Any:
+        """Read a topic."""
+
+    def destroy_subscription(self, subscription: Any) -> Any:
+        """Read it no more."""
+
+    def destroy_node(self) -> Any:
+        """Leave the graph."""
+
+
+class RclpyTransport:
+    """`kendon.ros.ros2_transport.Transport` by rclpy.
+
+    Args:
+        node: carries the topics.
+    """
+
+    def __init__(self, node: RclpyNode) -> None:
+        self.domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        self.notes: list[str] = []
+        self._node = node
+        self._rclpy = _module("rclpy")
+        self._qos = _module("rclpy.qos")
+        self._bytes = _module("rclpy.serialization")
+        self._get_message = _module("rosidl_runtime_py.utilities").get_message
+        self._set_fields = _module("rosidl_runtime_py.set_message").set_message_fields
+        self._publishers: dict[str, Any] = {}
+        self._subscriptions: dict[str, Any] = {}
+        self._count = 0  # of messages handed out
+
+    def offers(self) -> dict[str, Offer]:
+        """What others publish at present, by topic."""
+        found = {}
+        for topic, _ in self._node.get_topic_names_and_types():
+            if topic.startswith(_HEARD):
+                for info in self._others(self._node.get_publishers_info_by_topic(topic)):
+                    profile = info.qos_profile
+                    reliable = profile.reliability == self._qos.ReliabilityPolicy.RELIABLE
+                    latched = profile.durability == self._qos.DurabilityPolicy.TRANSIENT_LOCAL
+                    found[topic] = Offer(info.topic_type, reliable, latched)
+        return found
+
+    def asked(self) -> dict[str, str]:
+        """Those of this node's topics that others read at present, and their message types."""
+        return {
+            topic: info.topic_type
+            for topic in self._publishers
+            for info in self._others(self._node.get_subscriptions_info_by_topic(topic))
+        }
+
+    def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
+        """Read a topic."""
+        kind = self._get_message(offer.kind)
+
+        def take(raw: bytes) -> None:
+            self._count += 1
+            callback(raw, self._bytes.deserialize_message(raw, kind))
+
+        qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
+        self._subscriptions[topic] = self._node.create_subscription(
+            kind, topic, take, qos, raw=True
+        )
+
+    def unsubscribe(self, topic: str) -> None:
+        """Stop reading a topic."""
+        self._node.destroy_subscription(self._subscriptions.pop(topic))
+
+    def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
+        """Announce a topic, so that readers find it before the first message."""
+        if topic not in self._publishers:
+            qos = self._profile(1 if latched else 10, reliable=True, latched=latched)
+            message = self._get_message(kind)
+            self._publishers[topic] = self._node.create_publisher(message, topic, qos)
+
+    def publish(self, topic: str, kind: str, fields: Fields) -> bytes:
+        """Publish a message from its fields; returns its bytes."""
+        self.advertise(topic, kind)
+        message = self._get_message(kind)()
+        self._set_fields(message, dict(fields))
+        self._publishers[topic].publish(message)
+        return bytes(self._bytes.serialize_message(message))
+
+    def withdraw(self, topic: str) -> None:
+        """Publish a topic no more."""
+        if topic in self._publishers:
+            self._node.destroy_publisher(self._publishers.pop(topic))
+
+    def spin(self, seconds: float) -> int:
+        """Wait for messages up to so long, and hand out one that came; returns how many."""
+        before = self._count
+        self._rclpy.spin_once(self._node, timeout_sec=seconds)
+        return self._count - before
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._node.destroy_node()
+
+    def _others(self, infos: Iterable[EndpointInfo]) -> Iterable[EndpointInfo]:
+        return (info for info in infos if info.node_name != self._node.get_name())
+
+    def _profile(self, depth: int, *, reliable: bool, latched: bool) -> Any:
+        qos = self._qos
+        reliability, durability = qos.ReliabilityPolicy, qos.DurabilityPolicy
+        return qos.QoSProfile(
+            depth=depth,
+            reliability=reliability.RELIABLE if reliable else reliability.BEST_EFFORT,
+            durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+        )
+
+
+def main() -> None:
+    """Run the node until it is interrupted; its parameters are the options of `kendon ros2`."""
+    rclpy = _module("rclpy")
+    rclpy.init()
+    handle: RclpyNode = rclpy.create_node("kendon")
+
+    def told(name: str, default: Any) -> Any:
+        return handle.declare_parameter(name, default).value
+
+    x, y, z = (float(value) for value in told("robot_face", [0.0, 0.0, 1.2]))
+    options = BagOptions(told("base", "") or None)
+    drive, tree = told("robot", ""), told("tree", "")
+    model, world = load_model(told("model", DEFAULT_MODEL)), told("world", "")
+    record = told("record", "")
+    transport = RclpyTransport(handle)
+    recorder = Recorder(Path(record)) if record else None
+    node = Ros2Node(transport, model, options=options, face=(x, y, z), recorder=recorder)
+    if drive:
+        settings = Ros2Settings(Drive(drive), world=world, face=(x, y, z))
+        robot = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
+        node.greet_with(robot, GreetingTree(tree) if tree else None)
+    log = handle.get_logger()
+    seen: set[str] = set()
+    phases: dict[str, Phase] = {}
+    try:
+        for people, _ in node.run():
+            for one in people:
+                if one.belief and phases.get(one.name) is not one.belief.phase:
+                    phases[one.name] = one.belief.phase
+                    log.info(f"{one.name}: {one.belief.phase.name} {one.belief.phase.title}")
+            for note in node.notes:
+                if note not in seen:
+                    seen.add(note)
+                    log.warning(note)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        node.close()
+        rclpy.try_shutdown()
+
+
+def _module(name: str) -> Any:
+    """A module of ROS 2's Python.
+
+    Raises:
+        KendonError: it is not there.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise KendonError(
+            f"{name} comes with ROS 2, and is not there: source its setup.bash; without ROS there"
+            " is `kendon ros2`"
+        ) from error

@@ -1,0 +1,260 @@
+"""kendon as a node of ROS 2: people in, beliefs out, and a robot that greets; any transport."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from kendon.errors import KendonError
+from kendon.features import ROBOT_FACE
+from kendon.geometry import Vec3
+from kendon.greeter import Flow, Moment
+from kendon.models import GreetingModel
+from kendon.observations import FEATURES
+from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
+from kendon.ros.ros2_record import Recorder
+from kendon.ros.ros2_robot import HeardPlace, Ros2Robot
+from kendon.ros.ros2_transport import Fields, Offer, Transport
+from kendon.ros.ros2_types import (
+    BELIEF,
+    ENGAGEMENT,
+    FACE,
+    OBSERVATION,
+    STRING,
+    TRANSFORMS,
+    header_fields,
+)
+from kendon.sources.bag_people import BagOptions
+from kendon.sources.live_people import HeardFrame
+from kendon.trees import GreetingTree
+
+#: The most probable phase of whoever has been there longest, as its number (thesis 4.1.1).
+STATE = "/state"
+#: The message types of topics that are known; of others only the publisher's word is.
+KINDS: Mapping[str, str] = {
+    FACES: FACE,
+    ODOMETRY: "nav_msgs/msg/Odometry",
+    "/tf": TRANSFORMS,
+    "/tf_static": TRANSFORMS,
+    "/humans/candidate_matches": "hri_msgs/msg/IdsMatch",
+}
+_ENDINGS = {
+    "facs": "hri_msgs/msg/FacialActionUnits",
+    "tracked": "hri_msgs/msg/IdsList",
+    "face_id": STRING,
+    "body_id": STRING,
+    "alias": STRING,
+}
+#: The topics of somebody who is gone stay for so long, until all have read the last word [ns].
+LINGER = 5_000_000_000
+_NANO = 1e-9
+
+
+class Ros2Node:
+    """Reads everybody, tells what it reads, and may let a robot greet whoever came first.
+
+    Args:
+        transport: carries the topics.
+        model: reads the phases.
+        options: what is known of the robot's frames.
+        face: the robot's face in its base frame [m].
+        recorder: is given all messages heard and told.
+        clock: when messages are received, by [ns].
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        model: GreetingModel,
+        *,
+        options: BagOptions | None = None,
+        face: Vec3 = ROBOT_FACE,
+        recorder: Recorder | None = None,
+        clock: Callable[[], int] = time.time_ns,
+    ) -> None:
+        self.transport = transport
+        self.place = HeardPlace((options or BagOptions()).base)
+        self.reader = PeopleReader(model, options, face, self.place, self._on_frame)
+        self.robot: Ros2Robot | None = None
+        self._recorder = recorder
+        self._clock = clock
+        self._open = True
+        self._newest = 0  # [ns], the last time of receipt
+        self._heard: dict[str, Offer] = {}
+        self._refused: dict[str, str] = {}  # topics that cannot be read, and why
+        self._leaving: list[tuple[int, str]] = []  # topics of people gone, and since when [ns]
+        self._told: list[Told] = []
+        self._moments: list[Moment] = []
+        self._flow: Flow | None = None
+        self._shift = 0.0  # [s], from the frames' time to the flow's
+        self._flow_at = 0.0  # [s], the flow's time
+        transport.advertise(STATE, STRING)
+
+    def greet_with(self, robot: Ros2Robot, tree: GreetingTree | None = None) -> None:
+        """Let a robot greet whoever has been there longest."""
+        self.robot = robot
+        self._flow = Flow(robot, self.reader.model, tree)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know, one sentence each."""
+        return [*self.reader.notes, *self._refused.values(), *self.transport.notes]
+
+    @property
+    def waiting(self) -> str:
+        """What the node waits for; "" once a frame of somebody was heard."""
+        if self.reader.frames:
+            return ""
+        where = f"on domain {self.transport.domain}"
+        if not self._heard:
+            return (
+                f"nobody publishes /humans/faces/tracked with /tf (ROS4HRI), or {FACES}, {where};"
+                " is ROS_DOMAIN_ID the same there?"
+            )
+        if unplaced := self.reader.people.unplaced():
+            return f"{where}: {unplaced}"
+        return f"nobody is there yet; heard are {', '.join(sorted(self._heard))} {where}"
+
+    def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:
+        """Run for ever, a step of 0.1 s at a time: what was told of people, what the robot did.
+
+        However it ends, the robot is told to stop, and who was there is told to be unknown.
+
+        Raises:
+            DataError: something heard cannot be right.
+        """
+        try:
+            while True:
+                yield self._step()
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Stop the robot, finish the recording, and leave."""
+        if self._flow is not None and self.robot is not None:
+            self._flow.end()
+            self.robot.close()
+            self._flow = None
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
+        if self._open:
+            self._open = False
+            self.transport.close()
+
+    def _step(self) -> tuple[list[Told], list[Moment]]:
+        self._follow_offers()
+        end = (self._now() // TICK + 1) * TICK
+        while (left := end - self._clock()) > 0:
+            self.transport.spin(left * _NANO)
+        now = self._now()
+        self._tell(self.reader.pass_time(now))
+        if self._flow is not None:
+            self._pass_flow(self.reader.clock(now))
+        self._withdraw(now)
+        told, moments = self._told, self._moments
+        self._told, self._moments = [], []
+        return told, moments
+
+    def _now(self) -> int:
+        """The time by which messages are received; no two have the same."""
+        self._newest = max(self._newest + 1, self._clock())
+        return self._newest
+
+    # ---- in
+
+    def _follow_offers(self) -> None:
+        offers = self.transport.offers()
+        for topic, offer in offers.items():
+            if topic in self._heard or topic in self._refused or not self.reader.wanted(topic):
+                continue
+            kind = KINDS.get(topic) or _ENDINGS[topic.rsplit("/", 1)[1]]
+            if offer.kind != kind:
+                self._refused[topic] = f"{topic} is published as {offer.kind}, not as {kind}."
+                continue
+            self._heard[topic] = offer
+            self.transport.subscribe(topic, offer, functools.partial(self._hear, topic, kind))
+        for topic in [topic for topic in self._heard if topic not in offers]:
+            self.transport.unsubscribe(topic)
+            del self._heard[topic]
+
+    def _hear(self, topic: str, kind: str, raw: bytes, message: Any) -> None:
+        now = self._now()
+        if self._recorder is not None:
+            self._recorder.write(topic, kind, now, raw)
+        self._tell(self.reader.hear(topic, message, now))
+
+    # ---- the robot
+
+    def _on_frame(self, heard: HeardFrame, number: int) -> None:
+        if self._flow is None:
+            return
+        t = heard.frame.t + self._shift
+        if t <= self._flow_at:
+            if self._flow_at - t < 1.0:
+                return  # the flow's clock went on without it
+            self._shift += self._flow_at - t + TICK * _NANO
+            t = heard.frame.t + self._shift
+        frame = replace(heard.frame, t=t, who=number, robot=self.place.at(heard.stamp * _NANO))
+        self._flow_at = t
+        self._take(self._flow.take(frame))
+
+    def _pass_flow(self, clock: int) -> None:
+        assert self._flow is not None
+        if not clock:
+            return
+        # The flow waits for frames that may be under way as long as the reader does.
+        t = (clock - self.reader.zero - self.reader.hold) * _NANO + self._shift
+        if t > self._flow_at:
+            self._flow_at = t
+            self._take(self._flow.advance(t))
+
+    def _take(self, moments: Iterator[Moment]) -> None:
+        self._moments += moments
+
+    # ---- out
+
+    def _tell(self, all_told: list[Told]) -> None:
+        self._told += all_told
+        for told in all_told:
+            header = header_fields(told.stamp, self.place.bases[0])
+            engaged = {"header": header, "level": int(told.engagement)}
+            person = f"/humans/persons/{told.name}"
+            self._publish(f"{person}/engagement_status", ENGAGEMENT, engaged)
+            own = f"/kendon/{told.name}"
+            if told.observation is not None:
+                values = {name: getattr(told.observation, name) for name in FEATURES}
+                self._publish(f"{own}/observation", OBSERVATION, {"header": header, **values})
+            if told.belief is not None:
+                number = told.belief.phase.value
+                belief = {
+                    "header": header,
+                    "phase": number,
+                    "probabilities": told.belief.probabilities,
+                }
+                self._publish(f"{own}/belief", BELIEF, belief)
+                if told.name == self.reader.followed:
+                    self._publish(STATE, STRING, {"data": str(number)})
+            if told.observation is None:
+                topics = (f"{person}/engagement_status", f"{own}/observation", f"{own}/belief")
+                self._leaving += [(self._newest, topic) for topic in topics]
+                if self.robot is not None and self.reader.followed is None:
+                    self.robot.stop()
+
+    def _withdraw(self, now: int) -> None:
+        """Close the topics of people who have been gone for a while."""
+        while self._leaving and now - self._leaving[0][0] > LINGER:
+            self.transport.withdraw(self._leaving.pop(0)[1])
+
+    def _publish(self, topic: str, kind: str, fields: Fields) -> None:
+        self._leaving = [(since, name) for since, name in self._leaving if name != topic]
+        try:
+            raw = self.transport.publish(topic, kind, fields)
+        except KendonError as error:
+            self._refused[topic] = f"{error}."[0].upper() + f"{error}."[1:]
+            return
+        if self._recorder is not None:
+            self._recorder.write(topic, kind, self._now(), raw)

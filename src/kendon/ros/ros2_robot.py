@@ -1,0 +1,372 @@
+"""A robot of ROS 2 as most have it: a base behind Nav2 or ros2_control, and topics for the rest.
+
+Where it is is heard (odometry or TF). Topics tell nothing back, so commands on the head, arms,
+voice and face end after the time that they take, as long as somebody reads their topic.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from kendon.errors import KendonError, ParameterError, RobotError
+from kendon.geometry import Pose2D, Vec3, wrap_angle
+from kendon.robots.base import Command, CommandKind, Robot
+from kendon.robots.clearance import Clearance
+from kendon.robots.drive import BaseLimits, UnicycleBase
+from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS, SPEECH_RATE
+from kendon.ros.place import WORLDS, RobotPlace
+from kendon.ros.ros2_transport import Fields, Transport
+from kendon.ros.ros2_types import STRING, header_fields, stamp_fields
+
+POSE = "geometry_msgs/msg/PoseStamped"
+POINT = "geometry_msgs/msg/PointStamped"
+TWIST = "geometry_msgs/msg/Twist"
+TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
+
+#: How long a head takes to look somewhere else [s]; chosen: half a turn at 2 rad/s, and some.
+LOOK_SECONDS = 1.0
+#: A base that moves less than this in `STILL_SECONDS` stands [m, rad].
+STILL = 1e-3
+STILL_SECONDS = 0.3
+#: A drive in which the base stands for so long away from its goal has failed [s].
+STUCK_SECONDS = 10.0
+#: A robot that has told nothing of itself for so long may be gone [s].
+SILENT_SECONDS = 1.0
+#: Before a drive has begun, standing is no arrival [s]: a planner takes its time.
+STARTS_WITHIN = 1.0
+
+
+class Drive(StrEnum):
+    """How the base is driven."""
+
+    GOAL_POSE = "goal_pose"  # Nav2 plans and drives; it also knows of obstacles
+    CMD_VEL = "cmd_vel"  # kendon's own approach controller; it knows of the person alone
+
+
+@dataclass(frozen=True)
+class Ros2Topics:
+    """Where a robot listens."""
+
+    goal: str = "/goal_pose"
+    velocity: str = "/cmd_vel"
+    look: str = "/look_at"
+    gesture: str = "/gesture"
+    say: str = "/say"
+    express: str = "/expression"
+
+
+@dataclass(frozen=True)
+class Ros2Settings:
+    """What is known of a robot."""
+
+    drive: Drive = Drive.GOAL_POSE
+    topics: Ros2Topics = field(default_factory=Ros2Topics)
+    world: str = ""  # the frame in which goals are given; empty = that of the robot's place
+    face: Vec3 = (0.0, 0.0, 1.2)  # in the base frame [m]
+    limits: BaseLimits = field(default_factory=BaseLimits)  # for `Drive.CMD_VEL`
+    keep_distance: float = 1.0  # [m] from the person (thesis 4.1.2)
+    leash: float | None = None  # [m] from where it started; 0 only turns, None is free
+    position_tolerance: float = 0.25  # [m], Nav2's own (nav2_controller)
+    yaw_tolerance: float = 0.25  # [rad], likewise
+
+    def __post_init__(self) -> None:
+        for name in ("keep_distance", "position_tolerance", "yaw_tolerance"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ParameterError(f"{name} is a finite number, at least 0, not {value}")
+
+
+class HeardPlace(RobotPlace):
+    """Where the robot is, and how often that was told: the base's sign of life."""
+
+    told = 0
+
+    def take_localised(self, message: Any) -> None:
+        """Take in a message with a pose, such as an Odometry."""
+        super().take_localised(message)
+        if not self._by_frames:
+            self.world = message.header.frame_id.lstrip("/") or self.world
+        self.told += 1
+
+    def take_transforms(self, message: Any, *, static: bool = False) -> None:
+        """Take in the transforms of a message of ``/tf`` or ``/tf_static``."""
+        super().take_transforms(message, static=static)
+        frames = (*self.bases, *WORLDS)
+        self.told += any(t.child_frame_id.lstrip("/") in frames for t in message.transforms)
+
+
+class Ros2Robot(Robot):
+    """A robot that is told what to do on topics.
+
+    Args:
+        transport: carries them; who drives the flow also spins it.
+        place: told where the robot is.
+        settings: what is known of it.
+        clock: the time that messages are stamped with [ns].
+        patience: see `Robot`.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        place: HeardPlace,
+        settings: Ros2Settings | None = None,
+        *,
+        clock: Callable[[], int],
+        patience: float = 5.0,
+    ) -> None:
+        super().__init__(patience=patience)
+        self.settings = settings or Ros2Settings()
+        self._transport = transport
+        self._place = place
+        self._clock = clock
+        self._base: UnicycleBase | None = None  # from the first known pose on
+        self._readers: Mapping[str, str] = {}
+        self._until: dict[CommandKind, float] = {}  # [s], when timed commands end
+        self._still = (Pose2D(0.0, 0.0, 0.0), 0.0)  # a pose, and since when it has not changed
+        self._moved_goal = ""  # why the goal being driven to is not the one asked for
+        self._told_at = 0.0  # [s], when the base was last told of a goal
+        self._odometry = (0, 0.0)  # how many poses were heard, and when the last one was new [s]
+        topics = self.settings.topics
+        drive = self.settings.drive
+        self._topics = {
+            CommandKind.LOOK_AT: topics.look,
+            CommandKind.GESTURE: topics.gesture,
+            CommandKind.SAY: topics.say,
+            CommandKind.EXPRESS: topics.express,
+        }
+        for topic in (topics.gesture, topics.say, topics.express):
+            transport.advertise(topic, STRING)
+        transport.advertise(topics.look, POINT)
+        if drive is Drive.GOAL_POSE:
+            transport.advertise(topics.goal, POSE)
+
+    @property
+    def pose(self) -> Pose2D:
+        """Where the base was last told to be in the world."""
+        return self._place.pose
+
+    @property
+    def face(self) -> Vec3:
+        """The face in the base frame [m]."""
+        return self.settings.face
+
+    def close(self) -> None:
+        """Stop the base at once; nothing brakes it any more afterwards."""
+        if self._base is not None:
+            self._base.aim()
+            with contextlib.suppress(RobotError):  # it cannot be told, and nobody is left to hear
+                self._halt_now()
+
+    # ---- the hooks of Robot
+
+    def _send(self, command: Command) -> dict[str, Any]:
+        kind, asked = command.kind, command.asked
+        sent = dict(asked)
+        if kind is CommandKind.GO_TO:
+            base = self._located()
+            base.clearance.observe(self.person, self.time)
+            sent["goal"], self._moved_goal = base.clearance.clip(base.x, base.y, asked["goal"])
+            base.aim(goal=sent["goal"])
+            self._tell_goal(sent["goal"])
+        elif kind is CommandKind.TURN_TO:
+            base = self._located()
+            base.aim(heading=asked["yaw"])
+            self._tell_goal(Pose2D(base.x, base.y, asked["yaw"]))
+        elif kind is CommandKind.STOP:
+            if self._base is not None:
+                self._stand()
+        else:
+            self._until[kind] = self.time + self._say(kind, asked)
+        return sent
+
+    def _abort(self, command: Command) -> None:
+        if command.kind in (CommandKind.GO_TO, CommandKind.TURN_TO):
+            self._stand()
+
+    def _advance(self, dt: float) -> None:
+        self._readers = self._transport.asked()
+        self._locate()
+        if self._base is not None and self.settings.drive is Drive.CMD_VEL:
+            try:
+                self._steer(self._base, dt)
+            except RobotError as trouble:
+                for kind in (CommandKind.GO_TO, CommandKind.TURN_TO, CommandKind.STOP):
+                    if command := self.running(kind):
+                        self.fail(command, str(trouble))
+        for command in list(self._occupied.values()):
+            if not command.running:
+                continue
+            if command.kind in self._topics:
+                self._follow_topic(command)
+            else:
+                self._follow_base(command)
+
+    # ---- the base
+
+    def _located(self) -> UnicycleBase:
+        """The base where it was last told to be.
+
+        Raises:
+            RobotError: that was never told.
+        """
+        self._locate()
+        if self._base is None:
+            raise RobotError("nobody tells where the robot is (odometry, or its base in /tf)")
+        return self._base
+
+    def _locate(self) -> None:
+        if not self._place.known:
+            return
+        pose = self.pose
+        if self._base is None:
+            settings = self.settings
+            self._base = UnicycleBase(
+                pose, settings.limits, Clearance(settings.keep_distance, pose, settings.leash),
+                settings.position_tolerance, settings.yaw_tolerance,
+            )  # fmt: skip
+            self._still = pose, self.time
+        self._base.x, self._base.y, self._base.yaw = pose
+        rest, _ = self._still
+        if rest.distance_to(pose) > STILL or abs(wrap_angle(rest.yaw - pose.yaw)) > STILL:
+            self._still = pose, self.time
+        if self._place.told != self._odometry[0]:
+            self._odometry = self._place.told, self.time
+
+    @property
+    def _standing_for(self) -> float:
+        """For how long the base has not moved [s]."""
+        return self.time - max(self._still[1], self._told_at)
+
+    def _steer(self, base: UnicycleBase, dt: float) -> None:
+        """One step of the approach controller from where the base really is."""
+        if base.standing and base.goal is None and base.heading is None:
+            if self.running(CommandKind.STOP):
+                self._tell_speeds(0.0, 0.0)  # whoever drove it until now
+            return
+        base.clearance.observe(self.person, self.time)
+        if self.time - self._odometry[1] > STILL_SECONDS:
+            self._halt_now()  # blind
+            return
+        base.advance(dt)
+        self._tell_speeds(base.speed, base.turn_rate)
+
+    def _tell_goal(self, goal: Pose2D) -> None:
+        self._told_at = self.time
+        if self.settings.drive is not Drive.GOAL_POSE:
+            return
+        pose = {
+            "position": {"x": goal.x, "y": goal.y},
+            "orientation": {"z": math.sin(goal.yaw / 2), "w": math.cos(goal.yaw / 2)},
+        }
+        self._tell(self.settings.topics.goal, POSE, {"header": self._header(), "pose": pose})
+
+    def _tell_speeds(self, speed: float, turn_rate: float) -> None:
+        twist: Fields = {"linear": {"x": speed}, "angular": {"z": turn_rate}}
+        topic = self.settings.topics.velocity
+        if self._readers.get(topic) == TWIST_STAMPED:
+            stamp = stamp_fields(self._clock())
+            header = {"stamp": stamp, "frame_id": self._place.bases[0]}
+            self._tell(topic, TWIST_STAMPED, {"header": header, "twist": twist})
+        else:
+            self._tell(topic, TWIST, twist)
+
+    def _stand(self) -> None:
+        """Bring the base to a stand: a goal where it is, or braking."""
+        base = self._located()
+        base.aim()
+        self._tell_goal(self.pose)
+
+    def _halt_now(self) -> None:
+        assert self._base is not None
+        self._base.speed = self._base.turn_rate = 0.0
+        if self.settings.drive is Drive.CMD_VEL:
+            self._tell_speeds(0.0, 0.0)
+        else:
+            self._tell_goal(self.pose)
+
+    def _follow_base(self, command: Command) -> None:
+        base = self._base
+        if base is None:
+            self.succeed(command)  # a stop of what never moved
+            return
+        topics = self.settings.topics
+        topic = topics.goal if self.settings.drive is Drive.GOAL_POSE else topics.velocity
+        there = topic in self._readers
+        if there and self._odometry[1] > command.heard:
+            self.hear(command)
+        lost = self.time - command.heard
+        if lost >= self.patience:
+            self._try_abort(command)
+            self.fail(command, self._why_lost(topic, lost))
+            return
+        still = self._standing_for >= STILL_SECONDS
+        if command.kind is CommandKind.STOP:
+            if still and base.standing:
+                self.succeed(command)
+            return
+        goal = command.sent.get("goal", Pose2D(base.x, base.y, command.asked.get("yaw", 0.0)))
+        off = 0.0 if command.kind is CommandKind.TURN_TO else base.off_goal
+        turned = abs(wrap_angle(goal.yaw - base.yaw)) <= base.yaw_tolerance
+        near = off <= base.position_tolerance and turned
+        begun = self._still[1] > self._told_at or self._standing_for >= STARTS_WITHIN
+        if (near and still and begun) or (base.arrived and still):
+            reason = self._moved_goal if command.kind is CommandKind.GO_TO else ""
+            if off > base.position_tolerance:
+                reason = f"the person has come within {base.clearance.keep:g} m of the goal"
+            base.aim()
+            self.succeed(command, reason)
+        elif self._standing_for >= STUCK_SECONDS:
+            self._try_abort(command)
+            self.fail(command, f"the robot has stood still for {STUCK_SECONDS:g} s off its goal")
+
+    def _why_lost(self, topic: str, lost: float) -> str:
+        if topic in self._readers:
+            return f"the robot has not told where it is for {lost:.1f} s"
+        return f"nobody has read {topic} for {lost:.1f} s"
+
+    # ---- head, arms, voice, face
+
+    def _say(self, kind: CommandKind, asked: Mapping[str, Any]) -> float:
+        """Publish a command; how long it will take [s]."""
+        topic = self._topics[kind]
+        if kind is CommandKind.LOOK_AT:
+            x, y, z = asked["point"]
+            point = {"x": x, "y": y, "z": z}
+            self._tell(topic, POINT, {"header": self._header(), "point": point})
+            return LOOK_SECONDS
+        if kind is CommandKind.GESTURE:
+            self._tell(topic, STRING, {"data": asked["name"]})
+            return GESTURE_SECONDS[asked["name"]]
+        if kind is CommandKind.SAY:
+            self._tell(topic, STRING, {"data": asked["text"]})
+            return len(asked["text"]) / SPEECH_RATE
+        expression = f"{asked['expression']} {asked['intensity']:g}"
+        self._tell(topic, STRING, {"data": expression})
+        return EXPRESSION_SECONDS
+
+    def _follow_topic(self, command: Command) -> None:
+        topic = self._topics[command.kind]
+        # A process that dies stays in DDS's books for seconds; the base's motion is told till then.
+        moving = self._base is None or self._odometry[1] > command.heard
+        if topic in self._readers and moving:
+            self.hear(command)
+        lost = self.time - command.heard
+        if self.time >= self._until[command.kind] - 1e-9 and lost < SILENT_SECONDS:
+            self.succeed(command)
+        elif lost >= self.patience:
+            self.fail(command, self._why_lost(topic, lost))
+
+    def _header(self) -> Fields:
+        return header_fields(self._clock(), self.settings.world or self._place.world or "map")
+
+    def _tell(self, topic: str, kind: str, fields: Fields) -> None:
+        try:
+            self._transport.publish(topic, kind, fields)
+        except KendonError as error:
+            raise RobotError(str(error)) from None

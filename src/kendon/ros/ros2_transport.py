@@ -1,0 +1,62 @@
+"""What kendon needs of ROS 2, whoever carries it: DDS itself, or rclpy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+#: What a message is made from: values by field names, messages within it likewise.
+Fields = Mapping[str, Any]
+#: Takes a message as it came (CDR) and as an object with the fields of its type.
+Callback = Callable[[bytes, Any], None]
+
+
+class Offer(NamedTuple):
+    """A topic that somebody publishes, and how."""
+
+    kind: str  # the message type, such as std_msgs/msg/String
+    reliable: bool
+    latched: bool  # whether late readers get the last messages (transient local)
+
+
+class Transport(Protocol):
+    """Publishes and reads topics; callbacks are called in `spin`, in the thread that calls it."""
+
+    @property
+    def domain(self) -> int:
+        """DDS's number of the network of nodes, ROS_DOMAIN_ID."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What a user should know of what could not be read, one sentence each."""
+
+    def offers(self) -> Mapping[str, Offer]:
+        """What others publish at present, by topic."""
+
+    def asked(self) -> Mapping[str, str]:
+        """The topics that others read at present, and as what message type."""
+
+    def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
+        """Read a topic."""
+
+    def unsubscribe(self, topic: str) -> None:
+        """Stop reading a topic."""
+
+    def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
+        """Announce a topic, so that readers find it before the first message."""
+
+    def publish(self, topic: str, kind: str, fields: Fields) -> bytes:
+        """Publish a message from its fields; returns it as it went over the wire.
+
+        Raises:
+            KendonError: it cannot be published.
+        """
+
+    def withdraw(self, topic: str) -> None:
+        """Publish a topic no more."""
+
+    def spin(self, seconds: float) -> int:
+        """Wait for messages up to so long, and hand out those that came; returns how many."""
+
+    def close(self) -> None:
+        """Leave; others see at once that this node is gone."""

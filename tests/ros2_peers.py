@@ -1,0 +1,153 @@
+"""Other processes on a private DDS domain of this machine: a robot's look-alike, and a player.
+
+python ros2_peers.py robot DOMAIN
+python ros2_peers.py play DOMAIN BAG RATE
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+#: Nothing leaves this machine.
+LOOPBACK = (
+    '<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast></General><Discovery>"
+    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>'
+)
+CLOCK = "rosgraph_msgs/msg/Clock"
+ODOMETRY = "nav_msgs/msg/Odometry"
+STRING = "std_msgs/msg/String"
+#: Everything is waited for so long, then a test fails [s].
+LIMIT = 60.0
+
+
+def free_domain() -> int:
+    """A domain that no other test run on this machine is likely to use."""
+    return 20 + os.getpid() % 200
+
+
+@contextmanager
+def peer(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """One of the processes below, running; killed in the end."""
+    root = Path(__file__).resolve().parents[1]
+    environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONPATH": str(root / "src")}
+    process = subprocess.Popen(
+        [sys.executable, __file__, *arguments],
+        env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def until(node: Any, condition: Any) -> None:
+    """Spin a node until something is so."""
+    limit = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < limit, "the other process does not answer"
+        node.spin(0.01)
+
+
+def stamp(t: float) -> dict[str, int]:
+    seconds, rest = divmod(round(t * 1e9), 10**9)
+    return {"sec": seconds, "nanosec": rest}
+
+
+def robot(domain: int) -> None:
+    """A base like Nav2's and ros2_control's, by the time of /clock; it reads the rest.
+
+    What it hears on other topics it prints.
+    """
+    from kendon.geometry import Pose2D, quaternion_yaw
+    from kendon.robots.point import PointRobot
+    from kendon.ros.dds import DdsNode
+    from kendon.ros.ros2_transport import Offer
+
+    node = DdsNode(domain)
+    planned = PointRobot(keep_distance=0.0)
+    body: dict[str, Any] = {"time": 0.0, "speed": 0.0, "turn": 0.0}
+    place = [0.0, 0.0, 0.0]  # as driven by /cmd_vel
+
+    def goal(raw: bytes, message: Any) -> None:
+        p, q = message.pose.position, message.pose.orientation
+        planned.go_to(Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w))))
+        body["driven"] = False
+
+    def velocity(raw: bytes, message: Any) -> None:
+        body["speed"], body["turn"], body["driven"] = message.linear.x, message.angular.z, True
+
+    def tick(raw: bytes, message: Any) -> None:
+        t = message.clock.sec + message.clock.nanosec * 1e-9
+        dt, body["time"] = t - body["time"], t
+        if body.get("driven"):
+            turned = place[2] + body["turn"] * dt
+            place[0] += body["speed"] * dt * math.cos((place[2] + turned) / 2)
+            place[1] += body["speed"] * dt * math.sin((place[2] + turned) / 2)
+            place[2] = turned
+            x, y, yaw = place
+        else:
+            planned.update(t)
+            x, y, yaw = place[:] = planned.pose
+        pose = {
+            "position": {"x": x, "y": y},
+            "orientation": {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},
+        }
+        header = {"stamp": stamp(t), "frame_id": "odom"}
+        node.publish("/odom", ODOMETRY, {"header": header, "pose": {"pose": pose}})
+
+    def say(raw: bytes, message: Any) -> None:
+        print(getattr(message, "data", None) or f"look {message.point.z:g}", flush=True)
+
+    for topic in ("/gesture", "/say", "/expression"):
+        node.subscribe(topic, Offer(STRING, True, False), say)
+    node.subscribe("/look_at", Offer("geometry_msgs/msg/PointStamped", True, False), say)
+    node.subscribe("/goal_pose", Offer("geometry_msgs/msg/PoseStamped", True, False), goal)
+    node.subscribe("/cmd_vel", Offer("geometry_msgs/msg/Twist", True, False), velocity)
+    node.subscribe("/clock", Offer(CLOCK, True, False), tick)
+    node.advertise("/odom", ODOMETRY)
+    while True:
+        node.spin(1.0)
+
+
+def play(domain: int, bag: Path, rate: float) -> None:
+    """A recording's messages at their times, once somebody reads /tf; then it waits to be ended."""
+    from kendon.ros.dds import DEPTHS, DdsNode
+
+    from rosbags.highlevel import AnyReader  # isort: skip
+
+    DEPTHS["/tf"] = 10_000  # however busy this machine is, nothing is lost
+    node = DdsNode(domain)
+    with AnyReader([bag]) as reader:
+        topics = {c.topic: c.msgtype for c in reader.connections}
+        for topic, kind in topics.items():
+            node.advertise(topic, kind, latched=topic == "/tf_static")
+        wanted = [t for t in topics if t in ("/tf", "/tf_static") or t.endswith(("tracked", "_id"))]
+        while not node.asked().keys() >= {t for t in wanted if "voice" not in t}:
+            node.spin(0.01)
+        began: tuple[int, float] | None = None
+        for connection, when, raw in reader.messages():
+            began = began or (when, time.monotonic())
+            due = began[1] + (when - began[0]) * 1e-9 / rate
+            time.sleep(max(0.0, due - time.monotonic()))
+            node.publish_raw(connection.topic, connection.msgtype, bytes(raw))
+    print("played", flush=True)
+    signal.pause()
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "robot":
+        robot(int(sys.argv[2]))
+    else:
+        play(int(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]))
