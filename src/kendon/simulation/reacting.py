@@ -20,7 +20,7 @@ from kendon.geometry import Pose2D
 from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.robots.base import Appearance
-from kendon.simulation.actor import FINAL, Actor
+from kendon.simulation.actor import ACCELERATION, FINAL, Actor
 from kendon.simulation.body import Body
 from kendon.simulation.deeds import Gesture, Look, Smile, Stand, Turn, WalkTo
 from kendon.simulation.movements import Movement, draw_movement
@@ -336,8 +336,10 @@ class ReactingPerson:
         """One glance at where the robot is, and on toward the place before it."""
         own, robot = self.temperament, self._seen[-1].pose
         toward = math.atan2(self.actor.y - robot.y, self.actor.x - robot.x)
-        goal = (robot.x + own.stop * math.cos(toward), robot.y + own.stop * math.sin(toward))
-        if self._away > own.stop:
+        # Whoever walks up to somebody who comes, too, allows for that while they stop.
+        room = own.stop + max(0.0, self._coming_at) * self.actor.walking_at / ACCELERATION
+        goal = (robot.x + room * math.cos(toward), robot.y + room * math.sin(toward))
+        if self._away > room:
             self.actor.act(WalkTo(*goal))
         else:
             self.actor.act(Stand())
