@@ -22,6 +22,7 @@ import numpy as np
 
 from kendon.greeter import Encounter
 from kendon.phases import Phase
+from kendon.simulation.reacting import MIND
 from kendon.sources.simulated import ReactingSource, Station
 
 #: A phase that is over before the next observation [s] cannot be read, and is not judged.
@@ -36,6 +37,8 @@ APPROACHED = 0.5
 _LOOKS = math.radians(15)
 #: Bases slower than this stand [m/s]; within that of the person the robot has arrived [m].
 _STANDS, _ARRIVED = 0.05, 1.35
+#: Movements of the head alone.
+HEADS = ("nod", "toss", "dip")
 #: Out of sight for longer than this is lost [s].
 _LOST = 1.0
 
@@ -48,6 +51,7 @@ class Visit:
     begin: float  # [s]
     end: float  # [s]
     answer: float  # [s], when the answer was first to be seen; NaN = never
+    shown: str = ""  # the movement it was shown by, if it was by one
 
     @property
     def answered(self) -> bool:
@@ -81,15 +85,15 @@ class Verdict:
     def failures(self) -> tuple[str, ...]:
         """What went wrong, in words."""
         found = [
-            f"{v.phase.name} at {v.begin:.1f} s was not answered"
+            f"{v.phase.name}{f' ({v.shown})' if v.shown else ''} at {v.begin:.1f} s unanswered"
             for v in self.visits
             if not v.answered
         ]
-        if self.greets and self.gave_up and self.gave_up != "changed their mind":
+        if self.greets and self.gave_up not in ("", MIND):
             found.append(f"the person gave up: {self.gave_up}")
         if self.intruded:
             found.append(f"the robot came within {PERSONAL:g} m before the handshake")
-        if self.greets and self.lost > _LOST:
+        if self.out_of_sight:
             found.append(f"the person was out of sight for {self.lost:.1f} s")
         if not self.greets and self.approach > APPROACHED:
             found.append(f"the robot went {self.approach:.1f} m toward a passer-by")
@@ -98,8 +102,26 @@ class Verdict:
     @property
     def complete(self) -> bool:
         """Whether every phase was answered and the person did not give up on the robot."""
-        mind = self.gave_up in ("", "changed their mind")
+        mind = self.gave_up in ("", MIND)
         return mind and all(v.answered for v in self.visits)
+
+    @property
+    def complete_but_for_heads(self) -> bool:
+        """The same, where what only a head shows, and what follows from it, counts for nothing."""
+        heads = any(v.shown in HEADS and not v.answered for v in self.visits)
+        mind = heads or self.gave_up in ("", MIND)
+        return mind and all(v.answered or v.shown in HEADS for v in self.visits)
+
+    @property
+    def in_order(self) -> bool:
+        """Whether the answers came in the order of the phases."""
+        times = [v.answer for v in self.visits if v.answered]
+        return times == sorted(times)
+
+    @property
+    def out_of_sight(self) -> bool:
+        """Whether the person was lost while greeting."""
+        return self.greets and self.lost > _LOST
 
 
 def judge(number: int, encounter: Encounter, source: ReactingSource) -> Verdict:
@@ -107,10 +129,13 @@ def judge(number: int, encounter: Encounter, source: ReactingSource) -> Verdict:
     truth, person = source.truth, source.person
     answers = {phase: _answers(truth, phase, person.actor.height) for phase in Phase}
     visits = tuple(
-        Visit(phase, begin, end, _first(truth, answers[phase], begin, end + LATE))
+        Visit(
+            phase, begin, end, _first(truth, answers[phase], begin, end + LATE),
+            _shown(source, phase, begin, end),
+        )
         for phase, begin, end in visits_of(truth)
         if end - begin >= SHORTEST - 1e-6
-    )
+    )  # fmt: skip
     away = np.array([math.dist(s.place, s.robot.pose[:2]) for s in truth])
     coming = _coming(truth)
     close = next((i for i, s in enumerate(truth) if s.phase is Phase.CS), len(truth))
@@ -166,6 +191,15 @@ def _answers(truth: Sequence[Station], phase: Phase, height: float) -> list[bool
             case Phase.CS:
                 found.append(robot.gesture == "handshake")
     return found
+
+
+def _shown(source: ReactingSource, phase: Phase, begin: float, end: float) -> str:
+    """The movement that a salutation or dip was made of."""
+    gesture = {Phase.DS: "dsal", Phase.HD: "hdip", Phase.CS: "csal"}.get(phase)
+    for m in source.person.made:
+        if m.gesture == gesture and m.begin < end and m.end > begin:
+            return m.kind
+    return ""
 
 
 def _first(truth: Sequence[Station], shown: list[bool], begin: float, until: float) -> float:

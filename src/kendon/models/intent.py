@@ -28,11 +28,11 @@ _OFF = (0.03, 0.5)
 #: more in the rest; passers-by glance.
 _LOOKS = (0.65, 0.3)
 #: Salutations are seen in so many intervals of those who greet, and wrongly in so few of others.
-_SHOWS = (0.1, 0.01)
+_SHOWS = (0.05, 0.005)
 #: Observations a second, by the second that a course is read from: neighbours share evidence.
 _SHARED = 0.2
 #: Nobody is ever surer than this [log odds]: people change their minds.
-_SURE = 3.0
+_SURE = 2.5
 _COMING_WIDTH = 2 / (math.sqrt(2 * math.pi) * _MISS)
 
 

@@ -34,8 +34,9 @@ STILL = 0.1
 #: Within this of the robot a salutation is a close one, within that an approach the final one
 #: (thesis 2.1.5, 2.1.6) [m].
 NEAR, FINAL = 1.8, 3.0
-#: Who walks within this of the straight way to the robot comes to it [rad].
-_TOWARD = math.radians(30)
+#: Whose way misses the robot's middle by less than this comes to it [m]; who looks within that of
+#: it looks at it [rad], the gaze cone of thesis 3.3.3.
+_MISSES, _LOOKS = 0.7, math.radians(30)
 
 
 class Actor:
@@ -121,10 +122,11 @@ class Actor:
         to_robot = math.atan2(robot.y - self.y, robot.x - self.x)
         if self.walking_at > STILL:
             course = math.atan2(self.velocity[1], self.velocity[0])
-            if abs(wrap_angle(course - to_robot)) < _TOWARD:
+            off = abs(wrap_angle(course - to_robot))
+            if off < math.pi / 2 and away * math.sin(off) < _MISSES:
                 return Phase.FA if away < FINAL else Phase.APP
             return None
-        return Phase.IA if abs(wrap_angle(self._yaw - to_robot)) < _TOWARD else None
+        return Phase.IA if abs(wrap_angle(self._yaw - to_robot)) < _LOOKS else None
 
     def act(self, deed: Deed) -> Movement | None:
         """Begin to do something; what else is being done goes on unless it cannot.

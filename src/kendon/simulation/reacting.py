@@ -46,6 +46,10 @@ _CLOSE = {"handshake": 0.8, "wave": 0.07, "bow": 0.07, "nod": 0.06}
 _STAYING = 1.0
 
 
+#: Why somebody leaves whom the robot did no wrong.
+MIND = "they changed their mind"
+
+
 class _Leaves(Exception):  # noqa: N818 - a decision, not an error
     """The person gives up on the greeting."""
 
@@ -76,6 +80,7 @@ class ReactingPerson:
         self.gave_up = ""  # why, in a clause
         self.answered: dict[Phase, float] = {}  # [s], when each of their salutations was seen to be
         self.step_backs = 0
+        self.made: list[Movement] = []  # every salutation and dip, as it was meant to go
         self._past = past
         self._count = round(frames / RATE)
         self._seen: deque[Appearance] = deque(maxlen=1 + round(REACTION * RATE))
@@ -182,7 +187,7 @@ class ReactingPerson:
             yield from self._wait(float(rng.uniform(0.5, 1.5)))
         if own.turns_at == own.turns_at:
             yield from self._approach(start - own.turns_at * (start - own.stop))
-            raise _Leaves("changed their mind")
+            raise _Leaves(MIND)
         if when == 2:
             yield from self._approach(min(FINAL - 0.4, self._away - 0.1))
             yield from self._salute(walking=True)
@@ -381,6 +386,7 @@ class ReactingPerson:
     def _make(self, movement: Movement) -> Movement:
         made = self.actor.act(Gesture(movement.kind, movement))
         assert made is not None
+        self.made.append(made)
         return made
 
     def _note_answer(self, phase: Phase, since: float) -> bool:
