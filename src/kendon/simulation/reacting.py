@@ -23,6 +23,7 @@ from kendon.robots.base import Appearance
 from kendon.simulation.actor import ACCELERATION, FINAL, Actor
 from kendon.simulation.body import Body
 from kendon.simulation.deeds import Gesture, Look, Smile, Stand, Turn, WalkTo
+from kendon.simulation.embodiment import REPERTOIRE, Salutation, draw_salutation
 from kendon.simulation.movements import Movement, draw_movement
 from kendon.simulation.temperaments import Temperament
 
@@ -38,10 +39,8 @@ _FRIGHTENING = 2.0
 NEARER, STUCK = 0.3, 10.0
 #: How far somebody goes who leaves [m].
 _AWAY = 3.0
-#: What people show from afar and close by, and how often (ours, after 2.1.2 and 2.1.6). Nobody
-#: hugs a robot here.
-_DISTANT = {"wave": 0.55, "raise": 0.15, "nod": 0.15, "toss": 0.1, "bow": 0.05}
-_CLOSE = {"handshake": 0.8, "wave": 0.07, "bow": 0.07, "nod": 0.06}
+#: What people show close by: nobody hugs a robot here, or stands and looks alone.
+_CLOSE = {kind: odds for kind, odds in REPERTOIRE[Phase.CS].items() if kind not in ("hug", "")}
 #: How long after the answer to their close salutation people stay [s]; ours.
 _STAYING = 1.0
 
@@ -198,12 +197,13 @@ class ReactingPerson:
         """A distance salutation, perhaps held until it is answered, perhaps with a head dip."""
         own, rng = self.temperament, self._rng
         for attempt in range(2 if own.again else 1):
-            kind = str(rng.choice(list(_DISTANT), p=list(_DISTANT.values())))
+            if attempt and self._away < FINAL:
+                break  # now they are there sooner than they have waved again
             self._look_at_robot()
             self.actor.act(Smile(own.smile))
             if not walking:
                 self.actor.act(Stand())
-            shown = self._gesture(kind, "dsal")
+            shown = self._salutation(Phase.DS, math.log(1.0), 0.4)
             since = self.t
             early = self._away > FINAL
             while self.t < shown.end or (
@@ -224,7 +224,7 @@ class ReactingPerson:
         if own.waits and not walking and Phase.DS not in self.answered:
             raise _Leaves("their salutation was not answered")
         if early and rng.random() < own.dips:
-            dip = self._gesture("dip", "hdip")
+            dip = self._salutation(Phase.HD, math.log(0.5), 0.3)
             while self.t < dip.end:
                 yield from self._tick(walk=walking)
 
@@ -247,14 +247,16 @@ class ReactingPerson:
         self._look_at_robot()
         self.actor.act(Smile(own.smile))
         self._greeted = True
-        kind = str(rng.choice(list(_CLOSE), p=list(_CLOSE.values())))
+        odds = np.array(list(_CLOSE.values()))
+        kind = str(rng.choice(list(_CLOSE), p=odds / odds.sum()))
         if self._offered:
             kind = "handshake"
         since = self.t
         if kind == "handshake":
             shown = self._hold_out_hand()
         else:
-            shown = self._gesture(kind, "csal")
+            drawn = draw_movement(kind, rng, handed=self.actor.body.handed, near=True)
+            shown = self._make(replace(drawn, gesture="csal"))
         while self.t < since + shown.rise / 2:
             yield from self._tick()
         self._stage = Phase.CS
@@ -379,9 +381,13 @@ class ReactingPerson:
     def _look_at_robot(self, aside: float = 0.0, down: float = 0.0) -> None:
         self.actor.act(Look(self._robot.face, aside, down))
 
-    def _gesture(self, kind: str, gesture: str) -> Movement:
-        drawn = draw_movement(kind, self._rng, handed=self.actor.body.handed)
-        return self._make(replace(drawn, gesture=gesture))
+    def _salutation(self, phase: Phase, typical: float, spread: float) -> Movement:
+        """A salutation or dip as drawn greeters show it, about so long [log s] (3.4)."""
+        seconds = float(np.clip(self._rng.lognormal(typical, spread), 0.3, 2.2))
+        told = Salutation(phase, self.t, seconds)
+        drawn = draw_salutation(self._rng, told, self.actor.body.handed)
+        assert drawn is not None  # only a close salutation may be to stand and look
+        return self._make(drawn)
 
     def _make(self, movement: Movement) -> Movement:
         made = self.actor.act(Gesture(movement.kind, movement))
