@@ -58,6 +58,10 @@ def experiments_command(
     passersby: Annotated[
         float, typer.Option(help="In closed loop: the share of people who only walk past.")
     ] = 0.2,
+    keys: Annotated[
+        bool,
+        typer.Option("--keys", help="In closed loop: gestures by hand, as in the thesis."),
+    ] = False,
     jobs: Annotated[int, typer.Option(help="Processes at work; -1 for one on each core.")] = 1,
 ) -> None:
     """Repeat the thesis's experiments (3.6.4), or hold random encounters in closed loop."""
@@ -72,7 +76,7 @@ def experiments_command(
     if models and len(models) > 1:
         raise ParameterError("encounters are held with one model; give --model once")
     load_model(models[0] if models else DEFAULT_MODEL)  # refuse a wrong one before the work
-    setting = Setting(seed, robot, sensor, models[0] if models else DEFAULT_MODEL, passersby)
+    setting = Setting(seed, robot, sensor, models[0] if models else DEFAULT_MODEL, passersby, keys)
     _encounter(closed_loop, setting, jobs, folder)
 
 

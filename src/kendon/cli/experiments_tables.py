@@ -72,8 +72,8 @@ def print_encounters(verdicts: Sequence[Verdict], setting: Setting, console: Con
     passers = [v for v in verdicts if not v.greets]
     console.print(
         f"{len(verdicts)} encounters with {len(greeters)} people who greet and {len(passers)} who"
-        f" pass; robot {setting.robot}, sensor {setting.sensor}, model {setting.model}, seed"
-        f" {setting.seed}.",
+        f" pass; robot {setting.robot}, sensor {setting.sensor}, model {setting.model}, gestures"
+        f" {'by keys' if setting.keys else 'detected'}, seed {setting.seed}.",
         highlight=False,
     )
     console.print()

@@ -44,6 +44,7 @@ class Setting:
     sensor: str = "clean"
     model: str = DEFAULT_MODEL
     passersby: float = 0.2
+    keys: bool = False  # gestures given by hand, not detected
 
     def __post_init__(self) -> None:
         if self.robot not in ROBOTS:
@@ -76,7 +77,7 @@ def hold(number: int, setting: Setting) -> tuple[Encounter, ReactingSource]:
     sensor = None
     if setting.sensor != TRUTH:
         sensor = LiveSensor(SENSORS[setting.sensor], View(), seed=int(rng.integers(2**31)))
-    source = ReactingSource(person, sensor)
+    source = ReactingSource(person, sensor, keys=setting.keys)
     greeter = Greeter(source, load_model(setting.model), ROBOTS[setting.robot](), GreetingTree())
     encounter = Encounter(f"encounter {number}: {person.temperament.name}")
     for moment in greeter.run():

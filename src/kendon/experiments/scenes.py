@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kendon.geometry import ORIGIN, Pose2D
-from kendon.person import PersonFrame, Track
+from kendon.person import FloatArray, PersonFrame, Track
 from kendon.phases import Phase
 from kendon.simulation.actor import Actor
 from kendon.simulation.deeds import Deed, Gesture, Look, Turn, WalkTo
@@ -49,8 +49,6 @@ class Scene:
     labels: int = 0  # in the thesis; 0 = it is ours
     correct: int = 0  # of them, in the thesis
     sensor: Sensor | None = None
-    smile: float = 1.5
-    gaze: float = 1.0
     lost: tuple[float, float] | None = None  # [s], nobody is seen in between
 
     def record(self, *, keys: bool, seed: int) -> Track:
@@ -137,12 +135,19 @@ def _track(frames: list[PersonFrame], phases: list[int]) -> Track:
 
 def _hide(track: Track, begin: float, end: float) -> Track:
     hidden = (track.t >= begin) & (track.t < end)
-    gone = {"head": track.head.copy(), "head_rotation": track.head_rotation.copy(),
-            "smile": track.smile.copy()}  # fmt: skip
-    joints = {name: places.copy() for name, places in track.joints.items()}
-    for values in (*gone.values(), *joints.values()):
+
+    def without(values: FloatArray) -> FloatArray:
+        values = values.copy()
         values[hidden] = np.nan
-    return replace(track, **gone, joints=joints)
+        return values
+
+    return replace(
+        track,
+        head=without(track.head),
+        head_rotation=without(track.head_rotation),
+        smile=without(track.smile),
+        joints={name: without(places) for name, places in track.joints.items()},
+    )
 
 
 def _driving(t: float) -> Pose2D:
@@ -160,9 +165,9 @@ THESIS: tuple[Scene, ...] = (
     Scene(4, "Greeting starting at short distance",
           _Scripted(_greeting(2.0, 10, (_walk(Phase.FA, 1.0),))), 10, 10),
     Scene(5, "Smiling greeting (smile = 2.5)",
-          _Scripted(_greeting(5.5, 32, _EVERY, smile=2.5)), 32, 32, smile=2.5),
+          _Scripted(_greeting(5.5, 32, _EVERY, smile=2.5)), 32, 32),
     Scene(6, "Gazing greeting (gaze = 0.4)",
-          _Scripted(_greeting(5.5, 30, _EVERY, gaze=0.4)), 30, 22, gaze=0.4),
+          _Scripted(_greeting(5.5, 30, _EVERY, gaze=0.4)), 30, 22),
 )  # fmt: skip
 
 OURS: tuple[Scene, ...] = (

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,8 +26,9 @@ from kendon.phases import Phase
 from kendon.simulation.reacting import MIND
 from kendon.sources.simulated import ReactingSource, Station
 
-#: A phase that is over before the next observation [s] cannot be read, and is not judged.
-SHORTEST = 0.2
+#: What is over so soon [s] cannot be read, and is not judged: a movement before the next
+#: observation, and a phase that is only passed through before two of them.
+SHORTEST_SHOWN, SHORTEST = 0.2, 0.4
 #: So long after a phase has ended the robot may still answer it [s].
 LATE = 1.5
 #: Nearer than this the robot may not come before the handshake [m].
@@ -37,6 +39,8 @@ APPROACHED = 0.5
 _LOOKS = math.radians(15)
 #: Bases slower than this stand [m/s]; within that of the person the robot has arrived [m].
 _STANDS, _ARRIVED = 0.05, 1.35
+#: The gesture each phase is shown by, if by any.
+_SHOWN = {Phase.DS: "dsal", Phase.HD: "hdip", Phase.CS: "csal"}
 #: Movements of the head alone.
 HEADS = ("nod", "toss", "dip")
 #: Out of sight for longer than this is lost [s].
@@ -134,7 +138,7 @@ def judge(number: int, encounter: Encounter, source: ReactingSource) -> Verdict:
             _shown(source, phase, begin, end),
         )
         for phase, begin, end in visits_of(truth)
-        if end - begin >= SHORTEST - 1e-6
+        if end - begin >= (SHORTEST_SHOWN if phase in _SHOWN else SHORTEST) - 1e-6
     )  # fmt: skip
     away = np.array([math.dist(s.place, s.robot.pose[:2]) for s in truth])
     coming = _coming(truth)
@@ -195,7 +199,7 @@ def _answers(truth: Sequence[Station], phase: Phase, height: float) -> list[bool
 
 def _shown(source: ReactingSource, phase: Phase, begin: float, end: float) -> str:
     """The movement that a salutation or dip was made of."""
-    gesture = {Phase.DS: "dsal", Phase.HD: "hdip", Phase.CS: "csal"}.get(phase)
+    gesture = _SHOWN.get(phase)
     for m in source.person.made:
         if m.gesture == gesture and m.begin < end and m.end > begin:
             return m.kind
@@ -212,7 +216,7 @@ def _first(truth: Sequence[Station], shown: list[bool], begin: float, until: flo
 def _coming(truth: Sequence[Station]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """How fast the robot moves toward where the person is [m/s], by its own motion."""
     speeds = [0.0]
-    for before, now in zip(truth, truth[1:], strict=False):
+    for before, now in pairwise(truth):
         x, y = now.place
         was, here = (math.hypot(x - s.robot.pose.x, y - s.robot.pose.y) for s in (before, now))
         speeds.append((was - here) / (now.t - before.t))

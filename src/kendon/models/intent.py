@@ -16,9 +16,9 @@ from kendon.observations import Observation
 _SPAN = 1.0
 #: Who walks more slowly than this has no course yet [m/s].
 _WALKS = 0.35
-#: How near a greeter's way leads past the robot's middle [m], standard deviation: about half a
-#: body's breadth. The greeter's share of detours is `_DETOUR`.
-_MISS, _DETOUR = 0.35, 0.1
+#: How near a greeter's way leads past the robot's middle [m], standard deviation: half a body's
+#: breadth. The greeter's share of detours is `_DETOUR`.
+_MISS, _DETOUR = 0.25, 0.1
 #: Passers-by pass anywhere up to here [m]: Hall's (1966) social distance, beyond which nobody
 #: is taken for a greeter.
 _PASSING = 3.6

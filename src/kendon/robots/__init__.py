@@ -3,4 +3,12 @@
 from kendon.robots.base import CHANNELS, Appearance, Command, CommandKind, CommandStatus, Robot
 from kendon.robots.point import PointRobot
 
-__all__ = ["CHANNELS", "Appearance", "Command", "CommandKind", "CommandStatus", "PointRobot", "Robot"]
+__all__ = [
+    "CHANNELS",
+    "Appearance",
+    "Command",
+    "CommandKind",
+    "CommandStatus",
+    "PointRobot",
+    "Robot",
+]

@@ -182,16 +182,16 @@ class Actor:
         motion = move(
             self.body, t, ground, heading, look_along(yaw, pitch), legs, steps, self.movements
         )
-        joints = [zip(motion.joints, row, strict=True) for row in _points(motion.joints.values())]
+        # (N, joints, 3), and the rest, as Python's own numbers
+        joints = np.stack([motion.joints[name] for name in motion.joints], axis=1).tolist()
+        columns = (t, motion.head, motion.head_rotation, smile)
         frames = [
-            PersonFrame(*values[:3], joints=dict(places), smile=values[3])
-            for values, places in zip(
-                zip(
-                    t.tolist(), map(tuple, motion.head.tolist()),
-                    map(tuple, motion.head_rotation.tolist()), smile.tolist(), strict=True,
-                ),
-                joints,
-                strict=True,
+            PersonFrame(
+                stamp, tuple(head), tuple(rotation), smile=smiling,
+                joints={n: (x, y, z) for n, (x, y, z) in zip(motion.joints, places, strict=True)},
+            )
+            for stamp, head, rotation, smiling, places in zip(
+                *(column.tolist() for column in columns), joints, strict=True
             )
         ]  # fmt: skip
         self.movements = [m for m in self.movements if m.end > self.t - 1.0]
@@ -271,9 +271,3 @@ class Actor:
         self._yaw = wrap_angle(self._yaw + min(max(turn, -most), most))
         nod = (min(max(pitch, -_MOST_PITCHED), _MOST_PITCHED) - self._pitch) * follow
         self._pitch += min(max(nod, -most), most)
-
-
-def _points(joints: object) -> list[list[tuple[float, ...]]]:
-    """The joints' places, frame by frame."""
-    places = np.array(list(joints)).transpose(1, 0, 2)  # type: ignore[call-overload]
-    return [[tuple(point) for point in frame] for frame in places.tolist()]

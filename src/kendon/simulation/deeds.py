@@ -1,7 +1,7 @@
 """What a simulated person can be told to do: by a script, by chance, or by somebody at a page.
 
-    person.act(WalkTo(2.0, 0.5))
-    person.act(parse_deed("wave"))
+person.act(WalkTo(2.0, 0.5))
+person.act(parse_deed("wave"))
 """
 
 from __future__ import annotations

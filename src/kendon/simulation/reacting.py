@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -218,7 +218,9 @@ class ReactingPerson:
                 self._stage = Phase.APP
             if Phase.DS in self.answered or attempt or not own.again:
                 break
-            yield from self._wait(0.8, lambda: self._note_answer(Phase.DS, since), walk=walking)
+            hoped = self.t + 0.8
+            while self.t < hoped and not self._note_answer(Phase.DS, since):
+                yield from self._tick(walk=walking)
             if Phase.DS in self.answered:
                 break
         if own.waits and not walking and Phase.DS not in self.answered:
@@ -264,7 +266,7 @@ class ReactingPerson:
             if kind != "handshake" and self._note_answer(Phase.CS, since):
                 break
             if kind == "handshake" and self._offered and self._away < 1.8:
-                self._note_answer(Phase.CS, since)
+                self.answered[Phase.CS] = self.t
                 shown = self._shake(shown)
                 break
             yield from self._tick()
@@ -332,12 +334,10 @@ class ReactingPerson:
             self._walk_on()
         yield
 
-    def _wait(
-        self, seconds: float, until: Callable[[], bool] = lambda: False, *, walk: bool = False
-    ) -> Iterator[None]:
+    def _wait(self, seconds: float) -> Iterator[None]:
         end = self.t + seconds
-        while self.t < end - 1e-9 and not until():
-            yield from self._tick(walk=walk)
+        while self.t < end - 1e-9:
+            yield from self._tick()
 
     def _walk_on(self) -> None:
         """One glance at where the robot is, and on toward the place before it."""
@@ -351,9 +351,8 @@ class ReactingPerson:
         else:
             self.actor.act(Stand())
         averted = self.phase is Phase.APP and own.aversion > 0
-        self._look_at_robot(0.3 * own.aversion, 0.8 * own.aversion) if averted else (
-            self._look_at_robot()
-        )
+        away = own.aversion if averted else 0.0
+        self._look_at_robot(0.3 * away, 0.8 * away)
         smiling = self.phase in (Phase.DS, Phase.FA, Phase.CS)
         self.actor.act(Smile(own.smile if smiling else min(1.0, own.smile)))
 
@@ -370,7 +369,10 @@ class ReactingPerson:
         while self._away < until and self.t < began + 3.0:
             robot = self._seen[-1].pose
             away = math.atan2(self.actor.y - robot.y, self.actor.x - robot.x)
-            x, y = robot.x + (until + 0.1) * math.cos(away), robot.y + (until + 0.1) * math.sin(away)
+            x, y = (
+                robot.x + (until + 0.1) * math.cos(away),
+                robot.y + (until + 0.1) * math.sin(away),
+            )
             self.actor.act(WalkTo(x, y, speed=_BACK_PACE, backward=True))
             self._look_at_robot()
             yield

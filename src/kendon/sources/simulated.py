@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 from kendon.errors import UnknownNameError
@@ -82,14 +83,18 @@ class ReactingSource(Source):
     Args:
         person: who.
         sensor: through what they are seen; None = as they are, wherever they are.
+        keys: whether the gestures are given by hand, or left to detectors.
     """
 
     name = "reacting"
     reacts = True
 
-    def __init__(self, person: ReactingPerson, sensor: LiveSensor | None = None) -> None:
+    def __init__(
+        self, person: ReactingPerson, sensor: LiveSensor | None = None, *, keys: bool = False
+    ) -> None:
         self.person = person
         self.sensor = sensor
+        self.keys = keys
         self.truth: list[Station] = []
         self._robot: Robot = PointRobot()
 
@@ -106,7 +111,18 @@ class ReactingSource(Source):
             self.truth.append(Station(person.t, person.phase, person.actor.place, robot))
             for frame in lived:
                 seen = frame.seen_from(robot.pose)
-                yield self.sensor.see(seen, robot) if self.sensor else seen
+                if self.sensor:
+                    seen = self.sensor.see(seen, robot)
+                yield _with_keys(seen, person.phase) if self.keys and seen.seen else seen
+
+
+def _with_keys(frame: PersonFrame, phase: Phase | None) -> PersonFrame:
+    return replace(
+        frame,
+        dsal=float(phase is Phase.DS),
+        csal=float(phase is Phase.CS),
+        hdip=float(phase is Phase.HD),
+    )
 
 
 class Station(NamedTuple):

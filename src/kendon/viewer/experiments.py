@@ -59,7 +59,9 @@ def draw_readings(
             axes.set_ylim(-len(rows) - 0.55, 0.55)
             axes.spines["left"].set_visible(False)
             axes.tick_params(left=False, labelbottom=place == count - 1)
-        panels[-1].set_xlabel("time [s]    (× = not as labelled; grey without letters = no greeting)")
+        panels[-1].set_xlabel(
+            "time [s]    (× = not as labelled; grey without letters = no greeting)"
+        )
         panels[-1].set_xlim(left=0)
         save_figure(figure, Path(path))
 
