@@ -205,17 +205,21 @@ class ReactingPerson:
                 self.actor.act(Stand())
             shown = self._salutation(Phase.DS, math.log(1.0), 0.4)
             since = self.t
-            early = self._away > FINAL
-            while self.t < shown.end or (
-                not walking and own.waits and self.t < shown.end + own.patience
-            ):
+            end = shown.end - (shown.fall / 2 if shown.hands else 0.0)  # as labels have it
+            waiting = not walking and own.waits
+            while self.t < end or (waiting and self.t < end + own.patience):
                 if not walking and self._stage is Phase.APP:
                     self._stage = Phase.DS  # standing, they are in it until it is answered
-                if self._note_answer(Phase.DS, since) and self.t >= shown.end:
+                if self._note_answer(Phase.DS, since) and self.t >= end:
                     break
                 yield from self._tick(walk=walking)
             if self._stage is Phase.DS:
                 self._stage = Phase.APP
+            # 2.1.3: half of the salutations early in the approach, never those in the final one.
+            if not attempt and self._away > FINAL + 0.5 and rng.random() < own.dips:
+                dip = self._salutation(Phase.HD, math.log(0.5), 0.3)
+                while self.t < dip.end:
+                    yield from self._tick(walk=walking)
             if Phase.DS in self.answered or attempt or not own.again:
                 break
             hoped = self.t + 0.8
@@ -225,10 +229,6 @@ class ReactingPerson:
                 break
         if own.waits and not walking and Phase.DS not in self.answered:
             raise _Leaves("their salutation was not answered")
-        if early and rng.random() < own.dips:
-            dip = self._salutation(Phase.HD, math.log(0.5), 0.3)
-            while self.t < dip.end:
-                yield from self._tick(walk=walking)
 
     def _approach(self, until: float) -> Iterator[None]:
         """Walk up to the robot, down to a distance."""
