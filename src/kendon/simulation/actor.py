@@ -221,7 +221,9 @@ class Actor:
             dx, dy = goal.x - self.x, goal.y - self.y
             way = math.hypot(dx, dy)
             usual = goal.speed if goal.speed == goal.speed else self.speed
-            top = min(usual, math.sqrt(2 * ACCELERATION * way), way / dt)
+            # What can still be braked away, frame by frame, within the way that is left.
+            loss = ACCELERATION * dt / 2
+            top = min(usual, math.sqrt(loss * loss + 2 * ACCELERATION * way) - loss, way / dt)
             if way < 0.01 and self.walking_at < STILL:
                 self._goal = None
             elif way > 0:
