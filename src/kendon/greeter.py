@@ -21,6 +21,7 @@ from kendon.features import Sampler
 from kendon.features.sampler import TOLERANCE
 from kendon.geometry import Pose2D, Vec3
 from kendon.models import Belief, GreetingModel, Tracker, load_model
+from kendon.models.intent import Intent
 from kendon.observations import Observation, Observations
 from kendon.person import FloatArray, IntArray, PersonFrame
 from kendon.phases import Phase
@@ -46,6 +47,7 @@ class Moment:
     is_new: bool  # whether the observation came with this tick
     robot: Pose2D  # the robot's pose in the world
     commands: tuple[Command, ...]  # sent to the robot at this tick
+    greets: float  # the probability that the person means to greet at all
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,7 @@ class Flow:
         self.tree = tree or GreetingTree()
         self._sampler = Sampler(self.robot.face)
         self._tracker: Tracker = self.model.tracker()
+        self._intent = Intent()
         self._seen: PersonFrame | None = None
         self._seen_at = -math.inf
         self._newest: tuple[Observation, Belief] | None = None
@@ -153,11 +156,14 @@ class Flow:
             self._end_greeting()  # somebody else: a greeting of their own
         if frame.seen:
             self._seen, self._seen_at = frame, frame.t
+            x, y, _ = frame.robot.to_world(frame.head)
+            self._intent.see(frame.t, x, y)
 
     def _observe(self, observation: Observation) -> None:
         if self._seen is None:
             return  # a belief about nobody would go from phase to phase by the odds alone
         self._newest = observation, self._tracker.step(observation)
+        self._intent.step(observation, self.robot.pose[:2])
 
     def _tick(self, t: float) -> Moment:
         before = self._newest
@@ -173,12 +179,14 @@ class Flow:
         if self._newest is not None:
             observation, belief = self._newest
         phase = belief.phase if belief else None
-        self.tree.tick(TickContext(t, phase, person, self.robot))
+        greets = self._intent.probability
+        self.tree.tick(TickContext(t, phase, person, self.robot, greets))
         commands = tuple(self.robot.log[self._logged :])
         self._logged += len(commands)
         return Moment(
-            t, person, observation, belief, self._newest is not before, self.robot.pose, commands
-        )
+            t, person, observation, belief, self._newest is not before, self.robot.pose, commands,
+            greets,
+        )  # fmt: skip
 
     def _person(self, t: float) -> PersonFrame | None:
         """The person as seen from where the robot is now, while they count as being there."""
@@ -190,6 +198,7 @@ class Flow:
         """The person has gone: the next one seen starts a new greeting."""
         self._seen = self._newest = None
         self._tracker.reset()
+        self._intent.reset()
         self.tree.halt()
 
 

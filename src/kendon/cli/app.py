@@ -13,6 +13,8 @@ from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
 from kendon.cli.evaluate import EPILOG as EVALUATE_EPILOG
 from kendon.cli.evaluate import evaluate_command
+from kendon.cli.experiments import EPILOG as EXPERIMENTS_EPILOG
+from kendon.cli.experiments import experiments_command
 from kendon.cli.fit import EPILOG as FIT_EPILOG
 from kendon.cli.fit import fit_command
 from kendon.cli.greet import EPILOG as GREET_EPILOG
@@ -46,8 +48,9 @@ app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
 app.command("fit", epilog=FIT_EPILOG)(fit_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
-app.command("ros2", epilog=ROS2_EPILOG)(ros2_command)
+app.command("experiments", epilog=EXPERIMENTS_EPILOG)(experiments_command)
 app.command("ros1", epilog=ROS1_EPILOG)(ros1_command)
+app.command("ros2", epilog=ROS2_EPILOG)(ros2_command)
 app.command("sources")(sources_command)
 app.command("robots")(robots_command)
 app.command("models")(models_command)

@@ -1,6 +1,6 @@
 """Robots that greet: the contract, the reference robot with ideal kinematics, and bodies."""
 
-from kendon.robots.base import CHANNELS, Command, CommandKind, CommandStatus, Robot
+from kendon.robots.base import CHANNELS, Appearance, Command, CommandKind, CommandStatus, Robot
 from kendon.robots.point import PointRobot
 from kendon.robots.registry import (
     DEFAULT_ROBOT,
@@ -13,6 +13,7 @@ from kendon.robots.registry import (
 __all__ = [
     "CHANNELS",
     "DEFAULT_ROBOT",
+    "Appearance",
     "Command",
     "CommandKind",
     "CommandStatus",

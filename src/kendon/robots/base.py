@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from kendon.errors import ParameterError, RobotError, UnknownNameError
 from kendon.geometry import Pose2D, Vec3, wrap_angle
@@ -43,6 +43,25 @@ CHANNELS: dict[CommandKind, str] = {
     CommandKind.EXPRESS: "face",
     CommandKind.STOP: "all",
 }
+
+
+class Appearance(NamedTuple):
+    """What somebody who looks at a robot sees and hears of it."""
+
+    t: float  # [s], the robot's clock
+    pose: Pose2D  # of the base in the world
+    face: Vec3  # in the world [m]
+    gaze: Vec3  # where the face points in the world, a unit vector
+    gesture: str | None  # being performed; None = the arms rest
+    speech: str | None  # being spoken; None = silent
+    expression: tuple[str, float] | None  # on the face, with its intensity; None = it has none
+
+    def looks_at(self, point: Vec3) -> float:
+        """The angle between where the face points and a point in the world [rad]."""
+        way = [there - here for there, here in zip(point, self.face, strict=True)]
+        length = math.hypot(*way) or 1.0
+        cosine = sum(a * b for a, b in zip(way, self.gaze, strict=True)) / length
+        return math.acos(min(1.0, max(-1.0, cosine)))
 
 
 @dataclass(eq=False)
@@ -141,6 +160,38 @@ class Robot(ABC):
     @abstractmethod
     def face(self) -> Vec3:
         """The robot's face in its base frame [m]."""
+
+    @property
+    def gaze_direction(self) -> Vec3:
+        """Where the face points in the world, a unit vector: ahead, if the head cannot turn."""
+        yaw = self.pose.yaw
+        return (math.cos(yaw), math.sin(yaw), 0.0)
+
+    @property
+    def expression(self) -> tuple[str, float] | None:
+        """The expression on the face and its intensity, 0 to 1; None for a face without any."""
+        return None
+
+    @property
+    def performing(self) -> str | None:
+        """The gesture being performed, None if the arms rest."""
+        command = self.running(CommandKind.GESTURE)
+        return None if command is None else str(command.asked["name"])
+
+    @property
+    def saying(self) -> str | None:
+        """The text being spoken, None if silent."""
+        command = self.running(CommandKind.SAY)
+        return None if command is None else str(command.asked["text"])
+
+    @property
+    def appearance(self) -> Appearance:
+        """What a person who looks at the robot sees and hears of it now."""
+        pose = self.pose
+        return Appearance(
+            self.time, pose, pose.to_world(self.face), self.gaze_direction, self.performing,
+            self.saying, self.expression,
+        )  # fmt: skip
 
     # ---- commands
 

@@ -149,18 +149,6 @@ class PointRobot(Robot):
         return self._head.direction(self._base.yaw)
 
     @property
-    def performing(self) -> str | None:
-        """The gesture being performed, None if the arms rest."""
-        command = self.running(CommandKind.GESTURE)
-        return None if command is None else str(command.sent["name"])
-
-    @property
-    def saying(self) -> str | None:
-        """The text being spoken, None if silent."""
-        command = self.running(CommandKind.SAY)
-        return None if command is None else str(command.sent["text"])
-
-    @property
     def expression(self) -> tuple[str, float]:
         """The expression on the face and its present intensity between 0 and 1."""
         return self._expression, self._level

@@ -166,7 +166,8 @@ class AnsweringPart(NodePart):
         self.tree.tick(TickContext(t, phase, person, self.robot))
         commands: tuple[Command, ...] = tuple(self.robot.log[self._logged :])
         self._logged += len(commands)
-        return Moment(t, person, None, None, False, self.robot.pose, commands)
+        # Who only hears of phases knows nothing of intentions.
+        return Moment(t, person, None, None, False, self.robot.pose, commands, greets=1.0)
 
     def _person(self, now: float) -> PersonFrame | None:
         if self._seen is None or now - self._seen_at > REMEMBERED:

@@ -104,7 +104,7 @@ class Sensor:
 
 _NO_HIPS = tuple(joint for joint in JOINTS if not joint.endswith("hip"))
 #: How long an arm stays hidden on average [s]; ours.
-_HIDDEN = 0.8
+HIDDEN = 0.8
 
 
 def _lasting_noise(rng: np.random.Generator, frames: int, kept: float) -> FloatArray:
@@ -120,10 +120,10 @@ def _stretches(rng: np.random.Generator, t: FloatArray, share: float) -> NDArray
     """When something is hidden: stretches of random length that fill a share of the time."""
     hidden = np.zeros(len(t), dtype=bool)
     if share:
-        pause = _HIDDEN * (1 - share) / share
+        pause = HIDDEN * (1 - share) / share
         begin = t[0] + (rng.exponential(pause) if rng.random() >= share else 0.0)
         while begin < t[-1]:
-            length = rng.exponential(_HIDDEN)
+            length = rng.exponential(HIDDEN)
             hidden |= (t >= begin) & (t < begin + length)
             begin += length + rng.exponential(pause)
     return hidden

@@ -64,6 +64,25 @@ class GetState(Leaf):
         return SUCCESS
 
 
+class IsGreeting(Leaf):
+    """SUCCESS while the person probably means to greet the robot, FAILURE otherwise.
+
+    The thesis assumes that everybody does (3.6.4). A robot that drives up to whoever walks past
+    would be a nuisance.
+    """
+
+    def __init__(self, name: str, ports: BoundPorts, state: TreeState) -> None:
+        super().__init__(name, ports, state)
+        self._least = ports.input("probability")
+
+    def update(self) -> Status:
+        """Compare the belief of this tick."""
+        if self.state.greets >= self._least.get():
+            return SUCCESS
+        self.feedback_message = f"the person greets with a probability of {self.state.greets:.2f}"
+        return FAILURE
+
+
 class GetPoseFromFace(Leaf):
     """Writes the face's pose in the asked frame; FAILURE when it has been lost for too long.
 

@@ -2,8 +2,9 @@
 
 Names and ports of the leaves are the thesis's and Vizzy's. Added by kendon: `patience` and
 `frame_id` of GetPoseFromFace, `retreat` of GetApproachCoords, `fixation_point_error_tolerance` of
-GazeAtTarget (a field of Vizzy's action goal), and the node Express. Ports that name ROS topics,
-actions and voices are read for Vizzy's sake and have no effect: a kendon robot knows its own.
+GazeAtTarget (a field of Vizzy's action goal), and the nodes Express and IsGreeting. Ports that name
+ROS topics, actions and voices are read for Vizzy's sake and have no effect: a kendon robot knows
+its own.
 """
 
 from __future__ import annotations
@@ -185,6 +186,15 @@ _leaf(
     leaves.GetState,
     Port("state", "output", "string", doc="The phase's number, 1 to 6."),
 )
+_leaf(
+    "IsGreeting",
+    leaves.IsGreeting,
+    Port(
+        "probability", "input", "double", "0.6", "The least that counts as greeting.",
+        minimum=0, maximum=1,
+    ),
+    category="Condition",
+)  # fmt: skip
 _leaf(
     "GetPoseFromFace",
     leaves.GetPoseFromFace,

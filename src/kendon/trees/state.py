@@ -22,12 +22,14 @@ class TickContext:
         person: the greeted person in the robot's base frame as it stands now; None if nobody is
             seen.
         robot: takes the commands.
+        greets: the probability that the person means to greet the robot at all.
     """
 
     t: float  # [s]
     phase: Phase | None
     person: PersonFrame | None
     robot: Robot
+    greets: float = 1.0
 
 
 class TreeState:
@@ -36,6 +38,7 @@ class TreeState:
     def __init__(self) -> None:
         self.t = 0.0  # [s], the flow's clock
         self.phase: Phase | None = None
+        self.greets = 1.0  # the probability that the person means to greet
         self.face: Pose | None = None  # in the world, last seen
         self.face_seen = 0.0  # [s], when
         self.arms: Command | None = None  # the last gesture any leaf of this tree asked for
@@ -55,7 +58,7 @@ class TreeState:
 
     def update(self, context: TickContext) -> None:
         """Take over what this tick sees."""
-        self.t, self.phase = context.t, context.phase
+        self.t, self.phase, self.greets = context.t, context.phase, context.greets
         if context.robot is not self._robot:  # what another robot did says nothing of this one
             self._robot, self.arms, self.expression = context.robot, None, None
         person = context.person

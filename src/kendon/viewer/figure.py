@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 _LANES = ("base", "head", "arms", "voice", "face")
 #: Phases on whose colour white letters read better.
-_DARK = (Phase.FA, Phase.CS)
-_INK, _SOFT, _GRID = "#222222", "#777777", "#dddddd"
-_STYLE: Any = {
-    "font.size": 9, "axes.edgecolor": _SOFT, "axes.labelcolor": _INK, "xtick.color": _INK,
-    "ytick.color": _INK, "axes.spines.top": False, "axes.spines.right": False,
+DARK = (Phase.FA, Phase.CS)
+INK, SOFT, GRID = "#222222", "#777777", "#dddddd"
+STYLE: Any = {
+    "font.size": 9, "axes.edgecolor": SOFT, "axes.labelcolor": INK, "xtick.color": INK,
+    "ytick.color": INK, "axes.spines.top": False, "axes.spines.right": False,
     "axes.titlesize": 10, "axes.titleweight": "bold", "axes.titlelocation": "left",
 }  # fmt: skip
 
@@ -40,7 +40,7 @@ def draw_encounter(encounter: Encounter, path: str | Path) -> None:
         DataError: the file cannot be written, or its format is none of matplotlib's.
     """
     path = Path(path)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(13, 9.2), layout="constrained")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
@@ -51,12 +51,12 @@ def draw_encounter(encounter: Encounter, path: str | Path) -> None:
         top.set_title(f"{encounter.title}: which phase is the person in?")
         panels = [figure.add_subplot(grid[row, 0], sharex=top) for row in range(1, 7)]
         draw_observations(panels[:5], encounter.observations)
-        _draw_commands(panels[5], encounter)
+        draw_commands(panels[5], encounter)
         for axes in (top, *panels[:-1]):
             axes.tick_params(labelbottom=False)
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(0, encounter.duration)
-        _draw_paths(figure.add_subplot(grid[:6, 1]), encounter)
+        draw_paths(figure.add_subplot(grid[:6, 1]), encounter)
         legend = figure.add_subplot(grid[6, 1])
         legend.axis("off")
         legend.legend(
@@ -114,16 +114,16 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
     t, values = observations.t, observations.values
     labels = ("distance\n[m]", "speed\n[m/s]", "gaze\n[1]", "smile\n[0–5]")
     for axes, column, label in zip(panels, range(4), labels, strict=False):
-        axes.plot(t, values[:, column], color=_INK, lw=1.3)
+        axes.plot(t, values[:, column], color=INK, lw=1.3)
         axes.set_ylabel(label, rotation=0, ha="right", va="center")
-        axes.grid(axis="y", color=_GRID, lw=0.6)
+        axes.grid(axis="y", color=GRID, lw=0.6)
         axes.margins(y=0.15)
     panels[0].set_ylim(bottom=0)
     panels[2].set_ylim(0, 2.1)
-    panels[2].axhline(1, color=_SOFT, lw=0.8, ls=":")
+    panels[2].axhline(1, color=SOFT, lw=0.8, ls=":")
     panels[2].annotate(
         "looks at the robot below this line", (1, 1), xycoords=("axes fraction", "data"),
-        ha="right", va="bottom", fontsize=7, color=_SOFT,
+        ha="right", va="bottom", fontsize=7, color=SOFT,
     )  # fmt: skip
     gestures = panels[4]
     for row, phase in enumerate((Phase.DS, Phase.CS, Phase.HD)):
@@ -138,20 +138,21 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
     if not np.isfinite(values[:, 4:]).any():
         gestures.text(
             0.5, 0.5, "no gesture information", transform=gestures.transAxes,
-            ha="center", va="center", fontsize=8, color=_SOFT,
+            ha="center", va="center", fontsize=8, color=SOFT,
         )  # fmt: skip
 
 
-def _draw_commands(axes: Axes, encounter: Encounter) -> None:
+def draw_commands(axes: Axes, encounter: Encounter) -> None:
+    """The robot's commands over time, a lane for each part of its body."""
     axes.set_title("What the robot does")
     letter = encounter.duration * 0.009  # the width of one, roughly
     stretches = encounter.stretches
     for place, (action, end, _) in enumerate(stretches):
         row = -_LANES.index(action.channel)
-        color = action.phase.color if action.phase else _SOFT
+        color = action.phase.color if action.phase else SOFT
         length = max(end - action.start, 0.06)
         axes.barh(row, length, left=action.start, height=0.55, color=color, lw=0)
-        axes.plot(action.start, row, marker="|", ms=11, color=_INK, mew=1.2)
+        axes.plot(action.start, row, marker="|", ms=11, color=INK, mew=1.2)
         follows = (a.start for a, _, _ in stretches[place + 1 :] if a.channel == action.channel)
         room = (next(follows, encounter.duration) - action.start) / letter
         short = action.label.removeprefix("look ").removesuffix(" high")
@@ -159,37 +160,38 @@ def _draw_commands(axes: Axes, encounter: Encounter) -> None:
         inside = len(label) * letter <= length
         axes.annotate(
             label, (action.start, row), xytext=(4, 0), textcoords="offset points", va="center",
-            fontsize=7, color="white" if inside and action.phase in _DARK else _INK,
+            fontsize=7, color="white" if inside and action.phase in DARK else INK,
         )  # fmt: skip
     axes.set_yticks([-i for i in range(len(_LANES))], _LANES)
     axes.set_ylim(-len(_LANES) + 0.4, 0.6)
 
 
-def _draw_paths(axes: Axes, encounter: Encounter) -> None:
+def draw_paths(axes: Axes, encounter: Encounter) -> None:
+    """Where the two went, seen from above."""
     person, robot = encounter.person_path, encounter.robot_path
     axes.set_title("From above")
     phases = encounter.moment_phases
     for start, stop, number in stretches(phases):
-        color = Phase(number).color if number else _SOFT
+        color = Phase(number).color if number else SOFT
         part = slice(start, min(stop + 1, len(person)))
         axes.plot(person[part, 1], person[part, 0], color=color, lw=4, solid_capstyle="round")
-    axes.plot(robot[:, 1], robot[:, 0], color=_INK, lw=2)
+    axes.plot(robot[:, 1], robot[:, 0], color=INK, lw=2)
     for path, marker, label in ((person, "o", "person"), (robot[:, :2], "s", "robot")):
         known = path[np.isfinite(path).all(axis=1)]
         if not len(known):
             continue
-        axes.plot(known[0, 1], known[0, 0], marker, ms=9, mfc="white", mec=_INK, mew=1.5)
-        axes.plot(known[-1, 1], known[-1, 0], marker, ms=9, color=_INK)
+        axes.plot(known[0, 1], known[0, 0], marker, ms=9, mfc="white", mec=INK, mew=1.5)
+        axes.plot(known[-1, 1], known[-1, 0], marker, ms=9, color=INK)
         axes.annotate(
             label, (known[0, 1], known[0, 0]), xytext=(12, 0), textcoords="offset points",
             va="center", fontsize=9,
         )  # fmt: skip
     end = robot[-1]
     for radius, zone in ((1.2, "personal"), (3.6, "social")):  # Hall (1966)
-        axes.add_patch(Circle((end[1], end[0]), radius, fill=False, ec=_GRID, lw=1, zorder=0))
+        axes.add_patch(Circle((end[1], end[0]), radius, fill=False, ec=GRID, lw=1, zorder=0))
         axes.annotate(
             f"{zone} {radius} m", (end[1], end[0] + radius), ha="center", va="bottom",
-            fontsize=7, color=_SOFT,
+            fontsize=7, color=SOFT,
         )  # fmt: skip
     both = np.vstack([person, robot[:, :2]])
     low, high = np.nanmin(both, axis=0), np.nanmax(both, axis=0)
@@ -202,8 +204,8 @@ def _draw_paths(axes: Axes, encounter: Encounter) -> None:
     axes.set_ylabel("x, ahead of the robot's start [m]")
     axes.legend(
         handles=[
-            Line2D([], [], marker="o", ls="", mfc="white", mec=_INK, label="start"),
-            Line2D([], [], marker="o", ls="", color=_INK, label="end"),
+            Line2D([], [], marker="o", ls="", mfc="white", mec=INK, label="start"),
+            Line2D([], [], marker="o", ls="", color=INK, label="end"),
         ],
         loc="best", frameon=False, fontsize=8,
     )  # fmt: skip

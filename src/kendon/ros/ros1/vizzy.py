@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from kendon.errors import RobotError
 from kendon.features import ROBOT_FACE
@@ -56,7 +56,7 @@ class Vizzy(Robot):
         ParameterError: patience is not positive.
     """
 
-    gestures: ClassVar[tuple[str, ...]] = tuple(ARM_ROUTINES)
+    gestures = tuple(ARM_ROUTINES)
 
     def __init__(
         self, place: RobotPlace | None = None, *, face: Vec3 = ROBOT_FACE, patience: float = 5.0
