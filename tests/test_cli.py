@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -90,6 +92,15 @@ def test_greet_a_recording_answers_without_driving_into_its_person(
     assert gestures.count("handshake") == 1
 
 
+def test_greet_with_a_body_answers_like_the_point_robot(kendon: Kendon) -> None:
+    answers = []
+    for robot in ("point", "mujoco"):
+        run = kendon("greet", "--robot", robot)
+        assert run.code == 0
+        answers.append(run.out.split("The person")[1])
+    assert answers[0] == answers[1]
+
+
 def test_estimate_tells_accuracy_and_writes_a_file_each(
     kendon: Kendon, recording: Path, tmp_path: Path
 ) -> None:
@@ -127,7 +138,7 @@ def test_gestures_from_phases_is_better_than_no_gestures(
     assert accuracy(bare, "--gestures-from-phases") > accuracy(bare)
 
 
-@pytest.mark.parametrize("command", ["sources", "models", "trees", "doctor", "--version"])
+@pytest.mark.parametrize("command", ["sources", "robots", "models", "trees", "doctor", "--version"])
 def test_commands_that_tell_about_kendon(kendon: Kendon, command: str) -> None:
     run = kendon(command)
     assert run.code == 0
@@ -171,6 +182,12 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["greet", "--source", "kinect", "x"], ["kinect", "openface"]),
         (["greet", "--gestures-from-phases"], ["simulated", "no true phases"]),
         (["greet", "--out", __file__], ["--out", "is a file"]),
+        (["greet", "--robot", "vizy"], ["vizy", "point, mujoco", ".toml robot file"]),
+        (["greet", "--robot", "gone.toml"], ["gone.toml", "no such robot file"]),
+        (["greet", "--robot", "mujoco", "--robot-face", "0,0,1"], ["face", "'point'"]),
+        (["greet", "--robot", "point", "--video", "x.mp4"], ["'point' has no body", "mujoco"]),
+        (["greet", "--video", "x.avi"], ["x.avi", ".mp4 or .webm"]),
+        (["greet", "--picture", "x.jpg"], ["x.jpg", ".png"]),
         (["estimate", "."], [".", "folder"]),
         (["estimate", "nobody.csv"], ["nobody.csv"]),
         (["estimate", "simulated", "--decoder", "magic"], ["magic", "viterbi"]),
@@ -204,6 +221,18 @@ def test_a_mistake_is_one_sentence_and_exit_code_2(
     for word in words:
         assert word in run.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_renderer_that_does_not_exist_is_told() -> None:
+    # MuJoCo reads the variable when it is imported: this takes a process of its own.
+    run = subprocess.run(
+        [sys.executable, "-c", "from kendon.cli import main; main()", "greet", "--robot", "mujoco"],
+        env={**os.environ, "MUJOCO_GL": "crayon"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 2
+    assert "MUJOCO_GL=crayon" in run.stderr
+    assert "apt-get install" in run.stderr
+    assert "Traceback" not in run.stderr
 
 
 def test_a_bad_file_among_good_ones_leaves_nothing_written(

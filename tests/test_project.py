@@ -106,7 +106,7 @@ def test_the_package_offers_its_version() -> None:
 
 def test_importing_kendon_is_light() -> None:
     # These take seconds to import, and two are optional: whoever needs one imports it then.
-    heavy = {"matplotlib", "cv2", "mediapipe"}
+    heavy = {"matplotlib", "cv2", "mediapipe", "mujoco"}
     code = "import kendon, sys; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert heavy.isdisjoint(run.stdout.split())

@@ -6,6 +6,7 @@
     ├── UnknownNameError   a name that does not exist; the message lists those that do
     ├── MissingExtraError  an optional dependency is not installed
     ├── ModelFileError     a neural network's file is missing, torn or not the expected one
+    ├── RendererError      nothing is installed that pictures can be drawn with
     ├── TreeError          a behaviour tree cannot be read or does not make sense
     └── RobotError         a robot refused a command or stopped answering
 
@@ -82,6 +83,10 @@ class MissingExtraError(KendonError, ImportError):
 
 class ModelFileError(KendonError):
     """A neural network's file is missing, torn or not the expected one."""
+
+
+class RendererError(KendonError):
+    """Nothing is installed that pictures can be drawn with."""
 
 
 class TreeError(KendonError):

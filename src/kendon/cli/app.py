@@ -20,6 +20,7 @@ from kendon.cli.greet import greet_command
 from kendon.cli.information import (
     doctor_command,
     models_command,
+    robots_command,
     sources_command,
     trees_command,
 )
@@ -42,6 +43,7 @@ app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
 app.command("fit", epilog=FIT_EPILOG)(fit_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
 app.command("sources")(sources_command)
+app.command("robots")(robots_command)
 app.command("models")(models_command)
 app.command("trees")(trees_command)
 app.command("doctor")(doctor_command)

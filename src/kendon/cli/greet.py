@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.progress import Progress
 from rich.text import Text
 
 from kendon.cli.options import (
@@ -20,7 +21,6 @@ from kendon.cli.options import (
     ModelOption,
     PersonOption,
     PoseModelOption,
-    RobotFaceOption,
     SourceOption,
     err,
     note,
@@ -32,7 +32,7 @@ from kendon.errors import DataError, ParameterError
 from kendon.estimate import Estimate
 from kendon.greeter import Encounter, Greeter
 from kendon.models import DEFAULT_MODEL, load_model
-from kendon.robots import PointRobot
+from kendon.robots import DEFAULT_ROBOT, Robot, RobotOptions, make_robot
 from kendon.sources import RecordedSource, Source, open_source
 from kendon.tables import write_table
 from kendon.trees import GreetingTree
@@ -53,10 +53,20 @@ EPILOG = """
 
 `kendon greet recording.csv --tree my_trees.xml --out answers/` · your own behaviour trees
 
+`kendon greet --robot mujoco --video greeting.mp4` · Vizzy's body with physics, filmed
+
 `kendon greet camera:0 --fov 70` · whoever stands before the camera
 """
 
 
+FaceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot-face",
+        metavar="X,Y,Z",
+        help="The face of the robot `point` in its base frame [m]; 0,0,1.2 if not given.",
+    ),
+]
 #: What --out writes.
 PHASES, COMMANDS = "phases.csv", "commands.csv"
 #: The files a figure can be drawn into.
@@ -69,18 +79,32 @@ def greet_command(
     tree: Annotated[
         Path | None, typer.Option(help="A BehaviorTree.CPP XML file instead of kendon's own.")
     ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="A robot's name (see `kendon robots`) or .toml file."),
+    ] = None,
     speed: Annotated[
         float, typer.Option(help="1 plays in real time, 2 twice as fast; 0 as fast as it goes.")
     ] = 0.0,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the encounter into this .png, .svg or .pdf.")
     ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            help="Draw the robot's body with the person, a phase an image, into this .png."
+        ),
+    ] = None,
+    video: Annotated[
+        Path | None,
+        typer.Option(help="Film them into this .mp4 or .webm (needs the extra `camera`)."),
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option("--out", help="Write phases.csv and commands.csv into this folder."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No timeline.")] = False,
-    robot_face: RobotFaceOption = "0,0,1.2",
+    robot_face: FaceOption = None,
     gestures_from_phases: GesturesOption = False,
     source: SourceOption = None,
     camera_pose: CameraPoseOption = "0,0,1.2",
@@ -98,11 +122,14 @@ def greet_command(
         raise DataError(f"a figure is a {' or '.join(PICTURES)} file", file=figure)
     if folder and folder.exists() and not folder.is_dir():
         raise DataError("--out names a folder, but this is a file", file=folder)
-    written = [figure] if figure else []
+    written = [path for path in (figure, picture, video) if path]
     if folder:
         written += [folder / PHASES, folder / COMMANDS]
-    _refuse_to_overwrite(written, [spec, tree, model])
-    face = point("--robot-face", robot_face)
+    _refuse_to_overwrite(written, [spec, tree, model, robot])
+    face = None if robot_face is None else point("--robot-face", robot_face)
+    if picture or video:
+        _check_drawing(robot, picture, video)
+        robot = robot or "mujoco"
     options = source_options(camera_pose, fov, fps, model_files, calibration, pose_model, person)
     behaviour = GreetingTree(tree) if tree else GreetingTree()
     greeting_model = load_model(model)
@@ -111,8 +138,12 @@ def greet_command(
         opened = _with_gestures(opened, spec)
     for sentence in opened.notes:
         note(sentence)
-    robot = PointRobot(face=face, leash=None if opened.reacts else 0.0)
-    greeter = Greeter(opened, greeting_model, robot, behaviour)
+    greeting_robot = make_robot(
+        robot or DEFAULT_ROBOT, RobotOptions(face, None if opened.reacts else 0.0)
+    )
+    greeter = Greeter(opened, greeting_model, greeting_robot, behaviour)
+    if picture or video:
+        _keep_history(greeting_robot)
     encounter = _run(greeter, _title(spec), speed, quiet)
     encounter.require_readings()
     if not quiet:
@@ -123,9 +154,53 @@ def greet_command(
 
         draw_encounter(encounter, figure)
         out.print(f"The whole encounter is drawn in {figure}.", highlight=False)
+    if picture or video:
+        _draw(encounter, greeting_robot, picture, video)
     if folder:
         _write(encounter, folder)
         out.print(f"phases.csv and commands.csv are in {folder}.", highlight=False)
+
+
+def _check_drawing(robot: str | None, picture: Path | None, video: Path | None) -> None:
+    """Refuse what cannot be drawn before anything runs."""
+    from kendon.viewer.pictures import require_film
+    from kendon.viewer.stage import require_renderer
+
+    if robot == "point":
+        raise ParameterError(
+            "the robot 'point' has no body to draw; ask for --robot mujoco or a robot file"
+        )
+    if picture and picture.suffix.lower() != ".png":
+        raise DataError("a picture is a .png file", file=picture)
+    if video:
+        require_film(video)
+    require_renderer()
+
+
+def _keep_history(robot: Robot) -> None:
+    from kendon.robots.mujoco import MujocoRobot
+
+    if isinstance(robot, MujocoRobot):
+        robot.history = []
+
+
+def _draw(encounter: Encounter, robot: Robot, picture: Path | None, video: Path | None) -> None:
+    from kendon.robots.mujoco import MujocoRobot
+    from kendon.viewer.pictures import write_film, write_picture
+
+    if not isinstance(robot, MujocoRobot):
+        raise ParameterError("this robot has no body to draw")
+    if picture:
+        write_picture(encounter, robot, picture)
+        out.print(f"An image of each phase is in {picture}.", highlight=False)
+    if video:
+        with Progress(console=err, transient=True) as bar:
+            task = bar.add_task("filming")
+            write_film(
+                encounter, robot, video,
+                lambda done, count: bar.update(task, completed=done, total=count),
+            )  # fmt: skip
+        out.print(f"The film is {video}.", highlight=False)
 
 
 def _refuse_to_overwrite(written: list[Path], read: list[str | Path | None]) -> None:

@@ -1,4 +1,4 @@
-"""`kendon sources`, `kendon models` and `kendon doctor`: what there is and what is missing."""
+"""`kendon sources`, `robots`, `models`, `trees` and `doctor`: what there is and what is missing."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from kendon._version import __version__
 from kendon.cli.options import out
 from kendon.errors import DataError
 from kendon.models import DEFAULT_MODEL, load_model, model_names
+from kendon.robots import DEFAULT_ROBOT, RobotOptions, robot_kinds
 from kendon.sources import registered_sources
 from kendon.sources.model_files import ModelFileState, model_file_reports
 from kendon.trees import NODES, Port, shipped_trees, write_trees
@@ -33,6 +34,18 @@ def sources_command() -> None:
         table.add_column(column)
     for name, source in registered_sources().items():
         table.add_row(name, source.reads, f"kendon greet {source.example}")
+    out.print(table)
+
+
+def robots_command() -> None:
+    """List the robots that can greet."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("robot", "what it is", "gestures"):
+        table.add_column(column)
+    for name, kind in robot_kinds().items():
+        gestures = ", ".join(kind.make(RobotOptions()).gestures)
+        table.add_row(f"{name}{' (default)' * (name == DEFAULT_ROBOT)}", kind.what, gestures)
+    table.add_row("FILE.toml", "any MJCF or URDF model, with its joints named in the file", "")
     out.print(table)
 
 
@@ -94,7 +107,7 @@ def doctor_command(
     row(True, "kendon", __version__)
     row(True, "Python", f"{platform.python_version()} on {platform.system()}")
     todo: list[str] = []
-    for package in ("numpy", "scipy", "py_trees", "matplotlib"):
+    for package in ("numpy", "scipy", "py_trees", "matplotlib", "mujoco"):
         row(True, package, importlib.metadata.version(package))
     for extra, packages in _EXTRAS.items():
         missing = [package for module, package in packages.items() if not _installed(module)]

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, ClassVar
+from typing import Any
 
 from kendon.errors import ParameterError, RobotError, UnknownNameError
 from kendon.geometry import Pose2D, Vec3, wrap_angle
@@ -117,9 +117,9 @@ class Robot(ABC):
     """
 
     #: The gestures this robot performs.
-    gestures: ClassVar[tuple[str, ...]] = ("home", "wave", "handshake", "stretch")
+    gestures: tuple[str, ...] = ("home", "wave", "handshake", "stretch")
     #: The expressions this robot shows.
-    expressions: ClassVar[tuple[str, ...]] = ("neutral", "smile")
+    expressions: tuple[str, ...] = ("neutral", "smile")
 
     def __init__(self, *, patience: float = 5.0) -> None:
         if not patience > 0:

@@ -77,6 +77,13 @@ def speed_within(
     return acceleration * (math.sqrt(b * b + 2 * spare / acceleration) - b)
 
 
+def way_of_step(v: float, v2: float, acceleration: float, h: float) -> float:
+    """The way of one step from speed `v` to `v2` [m or rad]; a stop within it is met exactly."""
+    if v2 == 0 and abs(v) < acceleration * h:
+        return v * abs(v) / (2 * acceleration)
+    return (v + v2) / 2 * h
+
+
 class UnicycleBase:
     """Pose and speeds of a base, and what it drives or turns to.
 
@@ -165,14 +172,14 @@ class UnicycleBase:
         v2 = 0.0 if abs(v2) < 1e-9 else v2
         w2 = 0.0 if abs(w2) < 1e-9 else w2
         if v or v2:
-            way = v * abs(v) / (2 * a) if v2 == 0 and abs(v) < a * h else (v + v2) / 2 * h
-            turn = _turned(w, w2, alpha, h)
+            way = way_of_step(v, v2, a, h)
+            turn = way_of_step(w, w2, alpha, h)
             mid = self.yaw + turn / 2
             self.x += way * math.cos(mid)
             self.y += way * math.sin(mid)
             self.blocked = 0.0
         else:
-            turn = _turned(w, w2, alpha, h)
+            turn = way_of_step(w, w2, alpha, h)
             if want_v:
                 self.blocked += h
         self.yaw = wrap_angle(self.yaw + turn)
@@ -251,8 +258,3 @@ class UnicycleBase:
             and clearance.within_keep(self.goal.x, self.goal.y)
             and clearance.distance(self.x, self.y) <= clearance.keep + RIM
         )
-
-
-def _turned(w: float, w2: float, alpha: float, h: float) -> float:
-    """The angle turned in one step [rad]; a stop in the middle of it is met exactly."""
-    return w * abs(w) / (2 * alpha) if w2 == 0 and abs(w) < alpha * h else (w + w2) / 2 * h

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from kendon.errors import ParameterError, RobotError, UnknownNameError
+from kendon.errors import RobotError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, Vec3
 from kendon.robots.base import Command, CommandKind, Robot
-from kendon.robots.clearance import Clearance
-from kendon.robots.drive import BaseLimits, UnicycleBase
+from kendon.robots.drive import BaseLimits
+from kendon.robots.driving import Driving, check, check_finite
 from kendon.robots.head import HeadLimits, PanTiltHead
 
 #: How long each gesture takes [s], arm up to arm down. Chosen: a person's wave and handshake
@@ -25,10 +25,6 @@ GESTURE_SECONDS: Mapping[str, float] = {
 SPEECH_RATE = 15.0
 #: How long a face takes to change its expression [s]; chosen, about the onset of a smile.
 EXPRESSION_SECONDS = 0.5
-#: How long a base waits before a person who stands in its way, until it gives up [s].
-BLOCKED_SECONDS = 5.0
-#: Points farther away than this are taken for a mistake in the units or the frame [m].
-FARTHEST = 1000.0
 
 
 class PointRobot(Robot):
@@ -96,29 +92,21 @@ class PointRobot(Robot):
         patience: float = 5.0,
     ) -> None:
         super().__init__(patience=patience)
-        _check_finite("start", start, 3, "x, y [m] and yaw [rad]")
-        _check_finite("face", face, 3, "x, y and z [m]")
-        _check("keep_distance", keep_distance, "m", zero=True)
-        if leash is not None:
-            _check("leash", leash, "m", zero=True)
-        _check("position_tolerance", position_tolerance, "m")
-        _check("yaw_tolerance", yaw_tolerance, "rad")
-        _check("speech_rate", speech_rate, "characters/s")
+        check_finite("face", face, 3, "x, y and z [m]")
+        check("speech_rate", speech_rate, "characters/s")
         self._seconds = dict(GESTURE_SECONDS)
         for name, seconds in (gesture_seconds or {}).items():
             if name not in self.gestures:
                 raise UnknownNameError("gesture", name, self.gestures)
-            _check(f"gesture_seconds[{name!r}]", seconds, "s", zero=True)
+            check(f"gesture_seconds[{name!r}]", seconds, "s", zero=True)
             self._seconds[name] = seconds
         self._speech_rate = speech_rate
-        self._clearance = Clearance(keep_distance, Pose2D(*start), leash)
-        self._base = UnicycleBase(
-            Pose2D(*start), limits or BaseLimits(), self._clearance,
-            position_tolerance, yaw_tolerance,
-        )  # fmt: skip
+        self._driving = Driving(
+            start, limits or BaseLimits(), keep_distance, leash, position_tolerance, yaw_tolerance
+        )
+        self._base = self._driving.base
         self._pose = Pose2D(self._base.x, self._base.y, self._base.yaw)
         self._head = PanTiltHead((face[0], face[1], face[2]), head or HeadLimits())
-        self._moved_goal = ""  # why the goal being driven to is not the one asked for
         self._until: dict[CommandKind, float] = {}  # [s], when timed commands end
         self._expression, self._level = "neutral", 1.0
         self._ramp = (0.0, 1.0)  # the expression's intensity before and after its change
@@ -182,18 +170,11 @@ class PointRobot(Robot):
     def _send(self, command: Command) -> dict[str, Any]:
         kind, asked = command.kind, command.asked
         sent = dict(asked)
-        if kind is CommandKind.GO_TO:
-            goal: Pose2D = asked["goal"]
-            self._refuse_far("goal", goal.x, goal.y)
-            self._clearance.observe(self.person, self.time)
-            goal, self._moved_goal = self._clearance.clip(self._base.x, self._base.y, goal)
-            self._base.aim(goal=goal)
-            sent["goal"] = goal
-        elif kind is CommandKind.TURN_TO:
-            self._base.aim(heading=asked["yaw"])
+        if kind in (CommandKind.GO_TO, CommandKind.TURN_TO):
+            sent = self._driving.send(command, self.person, self.time)
         elif kind is CommandKind.LOOK_AT:
             point: Vec3 = asked["point"]
-            self._refuse_far("point to look at", *point)
+            self._driving.refuse_far("point to look at", *point)
             if math.dist(self.pose.to_world(self.face), point) < 1e-3:
                 raise RobotError(f"the point to look at, {point}, lies in the robot's own face")
             sent["pan"], sent["tilt"], _ = self._head.angles_to(point, self.pose)
@@ -216,7 +197,7 @@ class PointRobot(Robot):
 
     def _advance(self, dt: float) -> None:
         base = self._base
-        self._clearance.observe(self.person, self.time)
+        self._driving.clearance.observe(self.person, self.time)
         base.advance(dt)
         self._pose = Pose2D(base.x, base.y, base.yaw)
         for command in self._occupied.values():
@@ -225,7 +206,7 @@ class PointRobot(Robot):
             command.heard = self.time
             kind = command.kind
             if kind is CommandKind.GO_TO or kind is CommandKind.TURN_TO:
-                self._finish_drive(command)
+                self._driving.finish(self, command)
             elif kind is CommandKind.LOOK_AT:
                 self._look(command, dt)
             elif kind is CommandKind.STOP:
@@ -239,37 +220,8 @@ class PointRobot(Robot):
                 if left <= 1e-9:  # a sum of time steps may fall short by rounding
                     self.succeed(command)
 
-    def _finish_drive(self, command: Command) -> None:
-        base, keep = self._base, self._clearance.keep
-        if base.arrived:
-            reason = self._moved_goal if command.kind is CommandKind.GO_TO else ""
-            if base.off_goal > base.position_tolerance:
-                reason = f"the person has come within {keep:g} m of the goal"
-            base.aim()
-            self.succeed(command, reason)
-        elif base.blocked >= BLOCKED_SECONDS:
-            base.aim()
-            self.fail(command, f"the person has barred the way for {BLOCKED_SECONDS:g} s")
-
     def _look(self, command: Command, dt: float) -> None:
         pan, tilt, reachable = self._head.angles_to(command.asked["point"], self.pose)
         # A base that still turns may yet bring the point within the joints' reach.
         if self._head.turn(pan, tilt, dt) and (reachable or self._base.standing):
             self.succeed(command, "" if reachable else "the point lies beyond the head's joints")
-
-    def _refuse_far(self, what: str, x: float, y: float, z: float = 0.0) -> None:
-        if not math.dist((self._base.x, self._base.y, 0.0), (x, y, z)) <= FARTHEST:
-            raise RobotError(
-                f"the {what} at x = {x:g} m, y = {y:g} m is farther than {FARTHEST:g} m away"
-            )
-
-
-def _check(name: str, value: float, unit: str, *, zero: bool = False) -> None:
-    if not (math.isfinite(value) and (value >= 0 if zero else value > 0)):
-        least = "at least 0" if zero else "more than 0"
-        raise ParameterError(f"{name} is a finite number of {unit}, {least}, not {value}")
-
-
-def _check_finite(name: str, values: tuple[float, ...], count: int, meaning: str) -> None:
-    if len(values) != count or not all(math.isfinite(v) for v in values):
-        raise ParameterError(f"{name} needs {count} finite numbers, {meaning}, not {values}")

@@ -18,26 +18,27 @@ from kendon.trees.poses import FRAMES, Pose, parse_pose
 
 Direction = Literal["input", "output", "inout"]
 
-#: Vizzy's arm routines by name, with kendon's names for them; a robot with gestures of its own
-#: adds them here. `GESTURE_NUMBERS` has them by the number Vizzy's arm topic takes.
-GESTURES: dict[str, str] = {
-    name: name.lower()
-    for name in (
-        "HOME",
-        "WAVE",
-        "STRETCH",
-        "HANDSHAKE",
-        "ASK_HANDSHAKE",
-        "HANDSHAKE_PID",
-        "ARMS_DOWN",
-        "HAPPY_EMOTIONLESS",
-        "HAPPY_EMOTIVE",
-        "SAD",
-        "ANGRY",
-        "FEAR",
-    )
-}
-GESTURE_NUMBERS: dict[str, str] = {str(i): name for i, name in enumerate(GESTURES.values())}
+#: Vizzy's arm routines, in the order of the numbers its arm topic takes.
+_VIZZYS = (
+    "HOME",
+    "WAVE",
+    "STRETCH",
+    "HANDSHAKE",
+    "ASK_HANDSHAKE",
+    "HANDSHAKE_PID",
+    "ARMS_DOWN",
+    "HAPPY_EMOTIONLESS",
+    "HAPPY_EMOTIVE",
+    "SAD",
+    "ANGRY",
+    "FEAR",
+)
+#: Gestures that kendon's own body performs besides (see `kendon.robots.mujoco`).
+_KENDONS = ("NOD", "HEAD_DIP", "BODY_CROSS", "GROOMING")
+#: All gestures a tree may name, with kendon's names for them; a robot with gestures of its own
+#: adds them above.
+GESTURES: dict[str, str] = {name: name.lower() for name in (*_VIZZYS, *_KENDONS)}
+GESTURE_NUMBERS: dict[str, str] = {str(i): name.lower() for i, name in enumerate(_VIZZYS)}
 
 
 def _parse_number(text: str) -> float:
