@@ -153,6 +153,13 @@ class Greeter:
             self.tree.halt()
             self.robot.stop()
 
+    def shorten_log(self, newest: int) -> None:
+        """Forget all but the newest commands of the robot's log, in a flow without an end."""
+        log = self.robot.log
+        old = max(0, min(self._logged, len(log) - newest))
+        del log[:old]
+        self._logged -= old
+
     def _take_in(self, frame: PersonFrame) -> None:
         for observation in self._sampler.push(frame.seen_from(self.robot.pose)):
             self._observe(observation)
