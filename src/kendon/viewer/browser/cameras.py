@@ -10,6 +10,8 @@ from kendon.viewer.browser.session import Session, Shown
 
 #: The views by the names of their buttons.
 VIEWS = ("Overview", "From above", "Robot's eyes", "Person's eyes")
+#: The vertical field of view [rad].
+FOV = math.radians(50)
 
 
 class Cameras:
@@ -23,6 +25,7 @@ class Cameras:
         self._server = server
         self._following: dict[int, str] = {}  # client -> the view that goes along
         self._server.initial_camera.up = (0.0, 0.0, 1.0)
+        self._server.initial_camera.fov = FOV
         server.on_client_disconnect(lambda client: self._following.pop(client.client_id, None))
 
     def start(self, session: Session) -> None:
@@ -39,7 +42,7 @@ class Cameras:
             _aim(client, *overview(shown))
         elif view == VIEWS[1]:
             x, y = _middle(shown)
-            _aim(client, (x - 0.01, y, 11.0), (x, y, 0.0))
+            _aim(client, (x - 0.01, y, 14.0), (x, y, 0.0))
         else:
             self._following[client.client_id] = view
 
@@ -72,9 +75,9 @@ def overview(shown: Shown) -> tuple[tuple[float, float, float], tuple[float, flo
     x, y = _middle(shown)
     # Across the line between them, a little behind the robot, far enough to have both in sight.
     side = angle - math.radians(105)
-    away = 1.0 * apart + 2.2
-    position = (x + away * math.cos(side), y + away * math.sin(side), 0.42 * away + 0.6)
-    return position, (x, y, 0.9)
+    away = 1.3 * apart + 2.9
+    position = (x + away * math.cos(side), y + away * math.sin(side), 0.34 * away + 0.6)
+    return position, (x, y, 0.8)
 
 
 def _middle(shown: Shown) -> tuple[float, float]:

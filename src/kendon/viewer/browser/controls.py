@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -23,12 +22,6 @@ WINDOW = 20.0
 Wish = Callable[[Player], None]
 
 
-def _toward(player: Player, session: Session, distance: float) -> None:
-    robot = session.stage.robot.pose
-    away = math.atan2(player.place[1] - robot.y, player.place[0] - robot.x)
-    player.walk_to(robot.x + distance * math.cos(away), robot.y + distance * math.sin(away))
-
-
 #: What the user has the person do: the group, the button, the key, and what happens.
 def _wishes(session: Session) -> list[tuple[str, str, str, Wish]]:
     def act(name: str) -> Wish:
@@ -42,8 +35,8 @@ def _wishes(session: Session) -> list[tuple[str, str, str, Wish]]:
         ("On the way", "Bow", "5", act("bow")),
         ("Greet nearby", "Shake hands", "6", act("handshake")),
         ("Greet nearby", "Hug", "7", act("hug")),
-        ("Walk", "Up to the robot", "U", lambda p: _toward(p, session, 1.0)),
-        ("Walk", "Back off", "B", lambda p: _toward(p, session, 6.0)),
+        ("Walk", "Up to the robot", "U", lambda p: p.walk_up(1.1)),
+        ("Walk", "Back off", "B", lambda p: p.walk_up(6.0)),
         ("Walk", "Stop", "X", lambda p: p.stop()),
         ("Look", "At the robot", "R", lambda p: p.look("robot")),
         ("Look", "Away", "V", lambda p: p.look("away")),

@@ -18,6 +18,7 @@ from kendon.geometry import compose as turned_by
 from kendon.person import PersonFrame
 from kendon.robots.base import Robot
 from kendon.simulation import Movement, draw_body, draw_movement, move
+from kendon.simulation.body import FACE_HEIGHT
 from kendon.simulation.movements import lasting
 from kendon.sources import Source
 
@@ -68,6 +69,7 @@ class Player:
         self.place = np.array(place, dtype=float)  # [m], where the pelvis is
         self.velocity = np.zeros(2)  # [m/s]
         self.goal = self.place.copy()  # [m], where they are going
+        self._distance = math.nan  # [m] from the robot, when that is where they are going
         self.looking = "robot"
         self.smiling = False
         self.facing = "robot"  # or "away": where they turn when they stand
@@ -92,9 +94,21 @@ class Player:
             raise ParameterError(f"a place to walk to needs finite numbers, not ({x}, {y})")
         away = max(1.0, math.hypot(x, y) / FARTHEST)
         self.goal = np.array([x / away, y / away])
+        self._distance = math.nan
+
+    def walk_up(self, distance: float) -> None:
+        """Walk, from where they are, to so far from the robot [m], wherever that goes.
+
+        Raises:
+            ParameterError: the distance is not a positive number.
+        """
+        if not 0 < distance < math.inf:
+            raise ParameterError(f"a distance to walk up to is positive, not {distance}")
+        self._distance = max(distance, NEAREST)
 
     def stop(self) -> None:
         """Stand still as soon as legs can."""
+        self._distance = math.nan
         brake = float(self.velocity @ self.velocity) / (2 * ACCELERATION)
         speed = float(np.hypot(*self.velocity))
         self.goal = self.place + (self.velocity / speed * brake if speed > 1e-6 else 0.0)
@@ -150,21 +164,29 @@ class Player:
 
     # ---- time
 
-    def step(self, robot: Pose2D = ORIGIN) -> None:
-        """Let one frame's time pass."""
+    def step(self, robot: Pose2D = ORIGIN, face: Vec3 = (0.0, 0.0, 1.2)) -> None:
+        """Let one frame's time pass.
+
+        Args:
+            robot: the robot's pose in the world.
+            face: the robot's face in its base frame [m].
+        """
         dt = 1 / self.rate
         self._frames += 1
         self.t = self._frames * dt
         self._movements = [m for m in self._movements if m.end > self.t]
         self._walk(robot, dt)
         self._turn_body(robot, dt)
-        self._turn_head(robot, dt)
+        self._turn_head(robot, face, dt)
         wanted = 3.5 if self.smiling else 0.5
         self._smile += (wanted - self._smile) * -math.expm1(-dt / _SMILE)
         self._steps += self._body.steps_per_second(float(np.hypot(*self.velocity))) * dt
 
     def _walk(self, robot: Pose2D, dt: float) -> None:
         here = np.array(robot[:2])
+        if not math.isnan(self._distance):
+            side = self.place - here
+            self.goal = here + side / max(1e-6, float(np.hypot(*side))) * self._distance
         goal = self.goal
         apart = goal - here
         if math.hypot(*apart) < NEAREST:  # stop short of the robot, on the side they come from
@@ -211,10 +233,12 @@ class Player:
         rate = min(max(_SOON * error, -_TURN), _TURN)
         self._heading = wrap_angle(self._heading + rate * dt)
 
-    def _turn_head(self, robot: Pose2D, dt: float) -> None:
-        toward = self._toward(robot)
-        distance = max(0.3, math.dist(self.place.tolist(), robot[:2]))
-        yaw, pitch = toward, math.atan2(0.3, distance)
+    def _turn_head(self, robot: Pose2D, face: Vec3, dt: float) -> None:
+        x, y, z = robot.to_world(face)
+        ahead, side = x - self.place[0], y - self.place[1]
+        down = FACE_HEIGHT * self._body.stature - z
+        toward = math.atan2(side, ahead)
+        yaw, pitch = toward, math.atan2(down, max(0.3, math.hypot(ahead, side)))
         if self.looking == "away":
             yaw, pitch = toward + math.radians(65), 0.0
         elif self.looking == "down":
@@ -230,14 +254,8 @@ class Player:
     def _toward(self, robot: Pose2D) -> float:
         return math.atan2(robot.y - self.place[1], robot.x - self.place[0])
 
-    def frame(self, robot: Pose2D = ORIGIN, face: Vec3 = (0.0, 0.0, 1.2)) -> PersonFrame:
-        """The person now, seen from a robot.
-
-        Args:
-            robot: the robot's pose in the world.
-            face: the robot's face in its base frame [m].
-        """
-        del face
+    def frame(self, robot: Pose2D = ORIGIN) -> PersonFrame:
+        """The person now, seen from a robot that stands at `robot` in the world."""
         yaw, pitch = self._gaze
         look = turned_by(
             yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2))
@@ -290,8 +308,9 @@ class PlayedSource(Source):
     def frames(self) -> Iterator[PersonFrame]:
         """The person, for as long as somebody asks."""
         while True:
-            robot, face = (
-                (self._robot.pose, self._robot.face) if self._robot else (ORIGIN, (0.0, 0.0, 1.2))
-            )
-            yield self.player.frame(robot, face)
-            self.player.step(robot)
+            if self._robot is None:
+                yield self.player.frame()
+                self.player.step()
+            else:
+                yield self.player.frame(self._robot.pose)
+                self.player.step(self._robot.pose, self._robot.face)

@@ -43,6 +43,13 @@ class Scene:
         self._api = server.scene
         self._api.set_up_direction("+z")
         self._api.world_axes.visible = False
+        # Shadows and reflections cost machines without a graphics card most of their time.
+        self._api.configure_default_lights(enabled=False)
+        self._api.configure_environment_map(hdri=None)
+        self._api.add_light_hemisphere(
+            "/sky", sky_color=(255, 255, 255), ground_color=(200, 195, 190), intensity=2.2
+        )
+        self._api.add_light_directional("/sun", intensity=1.6, position=(-3.0, -6.0, 8.0))
         self._api.add_grid(
             "/floor", 26.0, 26.0, cell_size=0.5, section_size=1.0, cell_color=(232, 232, 232),
             section_color=(214, 214, 214), plane_color=(250, 249, 246), plane_opacity=1.0,
@@ -51,8 +58,8 @@ class Scene:
         self._rings()
         self._batches: dict[str, tuple[viser.BatchedMeshHandle, list[Color]]] = {}
         self._units = {
-            "balls": trimesh.creation.icosphere(subdivisions=3, radius=1.0),
-            "rods": trimesh.creation.cylinder(radius=1.0, height=1.0, sections=24),
+            "balls": trimesh.creation.icosphere(subdivisions=2, radius=1.0),
+            "rods": trimesh.creation.cylinder(radius=1.0, height=1.0, sections=14),
         }
         self._cones = {
             "person": self._cone("/person_gaze", _PERSON_CONE),

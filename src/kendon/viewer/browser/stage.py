@@ -5,6 +5,7 @@ Nothing here knows a browser. What is kept is bounded, so that a page may stay o
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,6 +31,9 @@ COMMANDS = 400
 _LOG = 200
 #: Frames of the person kept a tick; a faster source is thinned out.
 _FRAMES = 4
+
+#: A look that misses the person's face by more goes elsewhere [m].
+_ASIDE = 0.4
 
 #: The states of a tree's node, by their place in `Snapshot.nodes`.
 NODE_STATES = ("idle", "running", "success", "failure")
@@ -189,7 +193,17 @@ class Stage:
         gesture = self.robot.running(CommandKind.GESTURE)
         if gesture is not None and gesture.asked["name"] != "home":
             words.append(_GESTURE_WORDS.get(gesture.asked["name"], gesture.asked["name"]))
-        return " and ".join(words) or "looks at the person"
+        return " and ".join(words) or self._looking()
+
+    def _looking(self) -> str:
+        """Where the robot has last been told to look."""
+        looks = (c for c in reversed(self.robot.log) if c.kind is CommandKind.LOOK_AT)
+        look, person = next(looks, None), self.robot.person
+        if person is None:
+            return "waits for somebody"
+        if look is None or math.dist(look.asked["point"], person) > _ASIDE:
+            return "looks elsewhere"
+        return "looks at the person"
 
     def _saying(self) -> str:
         speech = self.robot.running(CommandKind.SAY)
