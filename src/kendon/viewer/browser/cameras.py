@@ -6,12 +6,15 @@ import math
 
 import viser
 
-from kendon.viewer.browser.session import Session, Shown
+from kendon.viewer.browser.session import Session
+from kendon.viewer.browser.stage import Shown
 
 #: The views by the names of their buttons.
 VIEWS = ("Overview", "From above", "Robot's eyes", "Person's eyes")
 #: The vertical field of view [rad].
 FOV = math.radians(50)
+#: Pictures narrower than this are a phone's (width over height).
+_NARROW = 0.6
 
 
 class Cameras:
@@ -34,12 +37,17 @@ class Cameras:
         self._server.initial_camera.position = position
         self._server.initial_camera.look_at = look_at
 
+        @self._server.on_client_connect
+        def _(client: viser.ClientHandle) -> None:
+            session.post(lambda: self.choose(client, VIEWS[0], session))
+
     def choose(self, client: viser.ClientHandle, view: str, session: Session) -> None:
         """Bring a client to one of `VIEWS`."""
         self._following.pop(client.client_id, None)
         shown = session.shown()
         if view == VIEWS[0]:
-            _aim(client, *overview(shown))
+            width, height = client.camera.image_width, client.camera.image_height
+            _aim(client, *overview(shown, width / max(1, height)))
         elif view == VIEWS[1]:
             x, y = _middle(shown)
             _aim(client, (x - 0.01, y, 14.0), (x, y, 0.0))
@@ -65,8 +73,16 @@ class Cameras:
                     _look_out(client, (px, py, pz), (qx, qy, qz, qw), 0.12)
 
 
-def overview(shown: Shown) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """From the side, with both in sight: where the camera is, and what it looks at [m]."""
+def overview(
+    shown: Shown, aspect: float = 0.8
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """From the side, with both in sight: where the camera is, and what it looks at [m].
+
+    Args:
+        shown: the instant.
+        aspect: width over height of the picture. In one as narrow as a phone's, panels lie over
+            the lower half: both bodies go in the upper.
+    """
     robot = shown.robot[:2].astype(float).tolist()
     person = robot if shown.person is None else shown.person[:2].astype(float).tolist()
     dx, dy = person[0] - robot[0], person[1] - robot[1]
@@ -75,9 +91,12 @@ def overview(shown: Shown) -> tuple[tuple[float, float, float], tuple[float, flo
     x, y = _middle(shown)
     # Across the line between them, a little behind the robot, far enough to have both in sight.
     side = angle - math.radians(105)
-    away = 1.3 * apart + 2.9
-    position = (x + away * math.cos(side), y + away * math.sin(side), 0.34 * away + 0.6)
-    return position, (x, y, 0.8)
+    away = (apart + 2.2) / (2 * max(0.35, min(aspect, 1.2)) * math.tan(FOV / 2))
+    eye = (x + away * math.cos(side), y + away * math.sin(side), 0.34 * away + 0.6)
+    if aspect > _NARROW:
+        return eye, (x, y, 0.8)
+    # What is looked at is lowered until the bodies are three tenths of the picture above it.
+    return eye, (x, y, 0.8 - 0.6 * math.tan(FOV / 2) * away)
 
 
 def _middle(shown: Shown) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import viser
 from kendon.models import model_names
 from kendon.robots import robot_kinds
 from kendon.simulation import SCRIPTS
+from kendon.viewer.browser.cameras import VIEWS, Cameras
 from kendon.viewer.browser.charts import draw_charts
 from kendon.viewer.browser.panels import command_log, phase_card, tree_view
 from kendon.viewer.browser.player import Player
@@ -53,12 +54,17 @@ class Controls:
         server: the server.
         session: what they show and steer.
         save: makes the replay of what is kept, as the text of a page.
+        cameras: move as the user chooses.
     """
 
     def __init__(
-        self, server: viser.ViserServer, session: Session, save: Callable[[], str]
+        self,
+        server: viser.ViserServer,
+        session: Session,
+        save: Callable[[], str],
+        cameras: Cameras,
     ) -> None:
-        self._server, self._session, self._save = server, session, save
+        self._session, self._save, self._cameras = session, save, cameras
         self._gui = server.gui
         self._written: dict[str, str] = {}
         self._setting = False  # whether a value is being set here rather than by the user
@@ -66,6 +72,7 @@ class Controls:
         if session.player is not None:
             self._play()
         self._time()
+        self._views()
         self._encounter()
         self._gui.main_panel.dock_right()
 
@@ -90,6 +97,10 @@ class Controls:
         stage, place = session.stage, session.place
         snapshot = stage.snapshots[place]
         self._write("card", self._card, phase_card(snapshot))
+        label = f"kendon: {snapshot.phase.title}" if snapshot.phase else "kendon"
+        if self._written.get("label") != label:
+            self._written["label"] = label
+            self._gui.set_panel_label(label)
         first = max(0, place - round(WINDOW * 10))
         window = [stage.snapshots[i] for i in range(first, place + 1)]
         if snapshot.is_new or session.paused:
@@ -218,6 +229,16 @@ class Controls:
                 self._slider.value = round(min(max(t, first), last), 1)
             finally:
                 self._setting = False
+
+    def _views(self) -> None:
+        with self._gui.add_folder("Camera"):
+            group = self._gui.add_button_group("Look from", VIEWS)
+
+        @group.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            client, view = event.client, group.value
+            if client is not None:
+                self._session.post(lambda: self._cameras.choose(client, view, self._session))
 
     # ---- what the encounter is made of
 

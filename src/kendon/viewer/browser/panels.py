@@ -21,7 +21,6 @@ MEANINGS: dict[Phase, str] = {
 }
 _MARKS = {"running": "▶", "success": "✓", "failure": "✗", "idle": "·"}
 _COLORS = {"running": "#0072B2", "success": "#00795a", "failure": "#b3261e", "idle": "#999"}
-_DARK = "#fff"
 _STATUS = {
     CommandStatus.RUNNING: "…", CommandStatus.SUCCEEDED: "", CommandStatus.FAILED: "failed",
     CommandStatus.CANCELLED: "",
@@ -61,7 +60,7 @@ def tree_view(nodes: Sequence[Node], states: bytes) -> str:
         state = NODE_STATES[states[place]]
         if node.kind == "SubTree" and state == "idle":
             hidden.add(place)
-        if _plain(node, nodes):
+        if _plain(node):
             continue
         rows.append(_row(node, _depth(node, nodes), state))
     return (
@@ -70,9 +69,8 @@ def tree_view(nodes: Sequence[Node], states: bytes) -> str:
     )  # fmt: skip
 
 
-def _plain(node: Node, nodes: Sequence[Node]) -> bool:
+def _plain(node: Node) -> bool:
     """Whether a node only passes on what its child answers, and is left out of the picture."""
-    del nodes
     return node.kind in ("ForceSuccess", "KeepRunningUntilFailure") and node.name == node.kind
 
 
@@ -80,7 +78,7 @@ def _depth(node: Node, nodes: Sequence[Node]) -> int:
     depth = 0
     while node.parent >= 0:
         node = nodes[node.parent]
-        depth += not _plain(node, nodes)
+        depth += not _plain(node)
     return depth
 
 
@@ -102,26 +100,30 @@ def node_words(node: Node) -> str:
 
 def command_log(actions: Sequence[Action], until: float, most: int = 12) -> str:
     """The newest commands until a time, newest first; follow-ups of a drive or a look once."""
-    rows: list[str] = []
+    rows = [row for start, row in log_rows(actions) if start <= until + 1e-6]
+    body = "".join(rows[: -most - 1 : -1]) or '<div style="color:#777">nothing yet</div>'
+    return f'<div style="font:12px/1.5 system-ui,sans-serif">{body}</div>'
+
+
+def log_rows(actions: Sequence[Action]) -> list[tuple[float, str]]:
+    """When each command was sent [s], and its line of the log; follow-ups once."""
+    rows: list[tuple[float, str]] = []
     last: dict[str, str] = {}
-    told: list[Action] = []
     for action in actions:
-        if action.start > until + 1e-6:
-            break
         words = describe(action.command)
         if last.get(action.channel) != words:
-            told.append(action)
+            rows.append((action.start, _log_row(action)))
         last[action.channel] = words
-    for action in told[: -most - 1 : -1]:
-        phase = action.phase
-        color = phase.color if phase else "#777"
-        status = _STATUS[action.command.status]
-        rows.append(
-            '<div style="display:flex;gap:8px">'
-            f'<span style="color:#666;width:4.2em;text-align:right">{action.start:.1f} s</span>'
-            f'<span style="border-left:4px solid {color};padding-left:6px;color:#222">'
-            f"<b>{action.channel}</b> {escape(action.label)}"
-            f' <span style="color:#b3261e">{status}</span></span></div>'
-        )
-    body = "".join(rows) or '<div style="color:#777">nothing yet</div>'
-    return f'<div style="font:12px/1.5 system-ui,sans-serif">{body}</div>'
+    return rows
+
+
+def _log_row(action: Action) -> str:
+    color = action.phase.color if action.phase else "#777"
+    status = _STATUS[action.command.status]
+    return (
+        '<div style="display:flex;gap:8px">'
+        f'<span style="color:#666;width:4.2em;text-align:right">{action.start:.1f} s</span>'
+        f'<span style="border-left:4px solid {color};padding-left:6px;color:#222">'
+        f"<b>{action.channel}</b> {escape(action.label)}"
+        f' <span style="color:#b3261e">{status}</span></span></div>'
+    )

@@ -15,8 +15,7 @@ from kendon.person import FloatArray
 from kendon.phases import Phase
 from kendon.viewer.browser.forms import COLUMNS, Color, Float32Array, Pieces, hex_rgb
 from kendon.viewer.browser.person_form import draw_person
-from kendon.viewer.browser.session import Session, Shown
-from kendon.viewer.browser.stage import Snapshot, Stage
+from kendon.viewer.browser.stage import Shown, Snapshot, Stage
 
 #: Hall's (1966) distances around the robot [m].
 RINGS: tuple[tuple[str, float], ...] = (("intimate", 0.45), ("personal", 1.2), ("social", 3.6))
@@ -57,6 +56,7 @@ class Scene:
         )  # fmt: skip
         self._rings()
         self._batches: dict[str, tuple[viser.BatchedMeshHandle, list[Color]]] = {}
+        self._last: dict[str, Float32Array] = {}
         self._units = {
             "balls": trimesh.creation.icosphere(subdivisions=2, radius=1.0),
             "rods": trimesh.creation.cylinder(radius=1.0, height=1.0, sections=14),
@@ -71,25 +71,31 @@ class Scene:
         }
         self._paths: dict[str, Any] = {}
         self.disc = self._disc() if handle else None
-        self._drawn_at = -1
+        self._drawn_at = math.nan  # [s], when the paths were
+        self._stage: Stage | None = None
 
-    def draw(self, session: Session) -> None:
-        """Draw what the session shows now."""
-        shown = session.shown()
-        stage = session.stage
+    def draw(self, stage: Stage, shown: Shown, place: int) -> None:
+        """Draw an instant.
+
+        Args:
+            stage: the encounter.
+            shown: the instant.
+            place: of its snapshot, up to which the paths are drawn.
+        """
         pieces, face, look = stage.form.draw(shown.robot)
         self._body("robot", pieces)
         self._aim("robot", face, look)
         self._ring_frame.position = (float(shown.robot[0]), float(shown.robot[1]), 0.0)
         self._person(shown)
         self._write(shown, face)
-        stamp = session.place + 100_000 * session.generation
-        if abs(stamp - self._drawn_at) >= _SELDOM or session.paused:
-            self._drawn_at = stamp
-            self._draw_paths(stage, session.place)
-        if self.disc is not None and session.player is not None:
-            x, y = session.player.goal.tolist()
-            self.disc.position = (x, y, 0.01)
+        if shown.snapshot.t != self._drawn_at and place % _SELDOM == 0 or self._stage is not stage:
+            self._drawn_at, self._stage = shown.snapshot.t, stage
+            self._draw_paths(stage, place)
+
+    def point_out(self, place: Sequence[float]) -> None:
+        """Put the disc where the user's person is going [m]."""
+        if self.disc is not None:
+            self.disc.position = (float(place[0]), float(place[1]), 0.01)
 
     # ---- the bodies
 
@@ -115,6 +121,11 @@ class Scene:
 
     def _batch(self, name: str, unit: str, rows: Float32Array, colors: list[Color]) -> None:
         assert rows.shape[1] == COLUMNS
+        # A millimetre is fine enough, and rounded numbers make a smaller recording.
+        rows = np.round(rows, 3)
+        if name in self._last and np.array_equal(self._last[name], rows):
+            return
+        self._last[name] = rows
         places, turns, sizes = rows[:, :3], rows[:, 3:7], rows[:, 7:]
         old = self._batches.get(name)
         if old is not None and old[1] == colors:
@@ -209,7 +220,7 @@ class Scene:
         self._set_label("person", phase.title if phase else "the person")
         if shown.person is not None:
             x, y, z = shown.person[:3].astype(float).tolist()
-            self._labels["person"].position = (x, y, (z if z == z else 1.6) + 0.3)
+            self._labels["person"].position = (x, y, (1.6 if math.isnan(z) else z) + 0.4)
         self._set_label("robot", robot_words(snapshot))
         self._labels["robot"].position = (face[0], face[1], face[2] + 0.35)
 

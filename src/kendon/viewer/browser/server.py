@@ -14,7 +14,7 @@ try:
 except ImportError:
     raise MissingExtraError("the browser's view", "view", "viser") from None
 
-from kendon.viewer.browser.cameras import VIEWS, Cameras, floor_point
+from kendon.viewer.browser.cameras import Cameras, floor_point
 from kendon.viewer.browser.controls import Controls
 from kendon.viewer.browser.player import Player
 from kendon.viewer.browser.scene import Scene
@@ -48,14 +48,11 @@ class Page:
         self._server.gui.configure_theme(
             dark_mode=False, show_logo=False, show_share_button=False, control_width="medium"
         )
-        self._server.gui.set_panel_label("kendon")
         self._scene = Scene(self._server, handle=session.player is not None)
         self._cameras = Cameras(self._server)
         self._cameras.start(session)
-        self._controls = Controls(self._server, session, save)
-        self._choose_views()
+        self._controls = Controls(self._server, session, save, self._cameras)
         self._take_places()
-        self._generation = session.generation
 
     @property
     def address(self) -> str:
@@ -89,9 +86,7 @@ class Page:
             started = started or self.watched or self.session.stage.live
             self.session.step(min(now - before, 0.5) if started else 0.0)
             before = now
-            if self.session.generation != self._generation:
-                self._generation = self.session.generation
-            self._scene.draw(self.session)
+            self._draw()
             self._cameras.follow(self.session)
             if now - panels_at >= 1 / _PANELS:
                 panels_at = now
@@ -103,15 +98,11 @@ class Page:
         self._server.stop()
         self.session.stage.close()
 
-    def _choose_views(self) -> None:
-        with self._server.gui.add_folder("Camera", order=2.5):
-            group = self._server.gui.add_button_group("", VIEWS)
-
-        @group.on_click
-        def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle[str]]) -> None:
-            client, view = event.client, group.value
-            if client is not None:
-                self.session.post(lambda: self._cameras.choose(client, view, self.session))
+    def _draw(self) -> None:
+        session = self.session
+        self._scene.draw(session.stage, session.shown(), session.place)
+        if session.player is not None:
+            self._scene.point_out(session.player.goal.tolist())
 
     def _take_places(self) -> None:
         """Send the person where the ring is dragged or the floor is clicked."""

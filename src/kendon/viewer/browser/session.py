@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 
 from kendon.errors import KendonError, ParameterError
 from kendon.trees import TICK_RATE
-from kendon.viewer.browser.forms import Float32Array
 from kendon.viewer.browser.player import Player
-from kendon.viewer.browser.stage import Snapshot, Stage
+from kendon.viewer.browser.stage import Shown, Stage
 
 #: How fast time may run, as a multiple of real time.
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
@@ -30,15 +29,6 @@ class Choices:
     model: str  # a model's name or file
     robot: str  # a robot's name or file
     keys: bool = True  # whether a played person's gestures are given by hand
-
-
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """The instant a page shows, between two ticks or at one."""
-
-    snapshot: Snapshot
-    person: Float32Array | None  # None out of sight
-    robot: Float32Array
 
 
 class Session:
@@ -169,12 +159,5 @@ class Session:
 
     def shown(self) -> Shown:
         """The instant to draw: as far behind the newest tick as time has not yet reached it."""
-        snapshots, place = self.stage.snapshots, self.place
-        snapshot = snapshots[place]
-        share = 1.0 if self.paused or self.stage.live or place == 0 else self._ahead
-        people = snapshot.person
-        person = people[min(int(share * len(people)), len(people) - 1)] if people else None
-        robot = snapshot.robot
-        if share < 1.0:
-            robot = self.stage.form.between(snapshots[place - 1].robot, robot, share)
-        return Shown(snapshot, person, robot)
+        share = 1.0 if self.paused or self.stage.live else self._ahead
+        return self.stage.shown(self.place, share)

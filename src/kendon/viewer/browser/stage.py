@@ -56,12 +56,26 @@ class Snapshot:
     saying: str  # the robot, "" when silent
 
     @property
+    def said(self) -> tuple[Phase | None, str, str]:
+        """What the page says of it in words."""
+        return self.phase, self.doing, self.saying
+
+    @property
     def ground(self) -> tuple[float, float] | None:
         """Where the person's face is over the ground [m]; None out of sight."""
         if not self.person:
             return None
         x, y = self.person[-1][:2].tolist()
         return x, y
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """An instant as it is drawn, at a tick or on the way to it from the tick before."""
+
+    snapshot: Snapshot
+    person: Float32Array | None  # see `Follower`; None out of sight
+    robot: Float32Array  # see `RobotForm`
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +174,15 @@ class Stage:
         first = self.snapshots[0].t if self.snapshots else 0.0
         place = int((t - first) * TICK_RATE + 1e-6)
         return min(max(place, 0), len(self.snapshots) - 1)
+
+    def shown(self, place: int, share: float = 1.0) -> Shown:
+        """The instant of a snapshot, or a share of the way to it from the one before."""
+        snapshot = self.snapshots[place]
+        people, robot = snapshot.person, snapshot.robot
+        person = people[min(int(share * len(people)), len(people) - 1)] if people else None
+        if share < 1.0 and place > 0:
+            robot = self.form.between(self.snapshots[place - 1].robot, robot, share)
+        return Shown(snapshot, person, robot)
 
     def _snapshot(self, moment: Moment, phase: Phase | None) -> Snapshot:
         frames = list(self._tap.passed)
