@@ -29,7 +29,10 @@ class Cameras:
         self._following: dict[int, str] = {}  # client -> the view that goes along
         self._server.initial_camera.up = (0.0, 0.0, 1.0)
         self._server.initial_camera.fov = FOV
-        server.on_client_disconnect(lambda client: self._following.pop(client.client_id, None))
+
+        @server.on_client_disconnect
+        def _(client: viser.ClientHandle) -> None:
+            self._following.pop(client.client_id, None)
 
     def start(self, session: Session) -> None:
         """Let new clients begin with the overview."""

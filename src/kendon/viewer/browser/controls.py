@@ -136,7 +136,7 @@ class Controls:
                 self._session.post(lambda: self._with_player(lambda p: p.smile(on)))
 
             def toggle() -> None:
-                smile.value = not smile.value
+                smile.value = not smile.value  # type: ignore[misc]
 
             self._key("Smile", "M", toggle)
             keys = self._gui.add_dropdown(
@@ -226,7 +226,7 @@ class Controls:
             self._setting = True
             try:
                 self._slider.min, self._slider.max = round(first, 1), round(last, 1)
-                self._slider.value = round(min(max(t, first), last), 1)
+                self._slider.value = round(min(max(t, first), last), 1)  # type: ignore[misc]
             finally:
                 self._setting = False
 

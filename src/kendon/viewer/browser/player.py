@@ -15,7 +15,7 @@ import numpy as np
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, Vec3, wrap_angle, yaw_quaternion
 from kendon.geometry import compose as turned_by
-from kendon.person import PersonFrame
+from kendon.person import GESTURES, FloatArray, PersonFrame
 from kendon.robots.base import Robot
 from kendon.simulation import Movement, draw_body, draw_movement, move
 from kendon.simulation.body import FACE_HEIGHT
@@ -203,10 +203,7 @@ class Player:
         self.velocity = self.velocity + change * min(1.0, ACCELERATION * dt / max(size, 1e-9))
         self.place = self.place + self.velocity * dt
 
-    def _around(
-        self, wanted: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-        robot: np.ndarray[tuple[int, ...], np.dtype[np.float64]], left: float,
-    ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:  # fmt: skip
+    def _around(self, wanted: FloatArray, robot: FloatArray, left: float) -> FloatArray:
         """The way past a robot that stands in it: along its edge instead of into it."""
         apart = self.place - robot
         distance = float(np.hypot(*apart))
@@ -257,9 +254,7 @@ class Player:
     def frame(self, robot: Pose2D = ORIGIN) -> PersonFrame:
         """The person now, seen from a robot that stands at `robot` in the world."""
         yaw, pitch = self._gaze
-        look = turned_by(
-            yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2))
-        )
+        look = turned_by(yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
         motion = move(
             self._body,
             np.array([self.t]),
@@ -271,10 +266,7 @@ class Player:
             self._movements,
         )
         shown = {m.gesture for m in self._movements}
-        given = {
-            name: float(name in shown) if self.keys else math.nan
-            for name in ("dsal", "csal", "hdip")
-        }
+        given = [float(name in shown) if self.keys else math.nan for name in GESTURES]
         head, rotation = motion.head[0].tolist(), motion.head_rotation[0].tolist()
         return PersonFrame(
             self.t,
@@ -282,7 +274,9 @@ class Player:
             (rotation[0], rotation[1], rotation[2], rotation[3]),
             joints={name: tuple(p[0].tolist()) for name, p in motion.joints.items()},
             smile=self._smile,
-            **given,
+            dsal=given[0],
+            csal=given[1],
+            hdip=given[2],
         ).seen_from(robot)
 
 

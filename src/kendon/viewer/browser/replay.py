@@ -10,17 +10,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from kendon.errors import DataError, MissingExtraError
-
-try:
-    import viser
-except ImportError:
-    raise MissingExtraError("a replay", "view", "viser") from None
-
+from kendon.errors import DataError
 from kendon.viewer.browser.cameras import FOV, overview
 from kendon.viewer.browser.charts import draw_charts, plot_box
 from kendon.viewer.browser.panels import log_rows, phase_card, tree_view
 from kendon.viewer.browser.scene import Scene
+from kendon.viewer.browser.serving import start_server, stop_server
 from kendon.viewer.browser.stage import Stage
 
 _WIDTH = 370  # [pixels], of the charts
@@ -118,7 +113,7 @@ class _Distinct:
 
 def _scene(stage: Stage) -> str:
     """The bodies over time as a page of viser's own, whose player runs it."""
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    server = start_server("127.0.0.1", 0)
     try:
         scene = Scene(server)
         scene.draw(stage, stage.shown(0), 0)
@@ -136,4 +131,4 @@ def _scene(stage: Stage) -> str:
                 scene.draw(stage, stage.shown(place, (image + 1) / images), place)
         return recording.as_html()
     finally:
-        server.stop()
+        stop_server(server)

@@ -71,7 +71,7 @@ class PlainForm(RobotForm):
         self._time = 0.0  # [s], the robot's clock when they were there
 
     def state(self, robot: Robot) -> Float32Array:
-        """x y yaw, pan, tilt, smile, and three angles of the right and the left arm."""
+        """X y yaw, pan, tilt, smile, and three angles of the right and the left arm."""
         head = (robot.pan, robot.tilt) if isinstance(robot, PointRobot) else (0.0, 0.0)
         smile = 0.0
         if isinstance(robot, PointRobot) and robot.expression[0] == "smile":
@@ -143,9 +143,7 @@ class PlainForm(RobotForm):
         pieces.ball(at(*hand), (0.055 * size,) * 3, _DARK)
 
     @staticmethod
-    def _head(
-        pieces: Pieces, face: FloatArray, look: Rotation, smile: float, size: float
-    ) -> None:
+    def _head(pieces: Pieces, face: FloatArray, look: Rotation, smile: float, size: float) -> None:
         def at(*point: float) -> FloatArray:
             place: FloatArray = face + look.apply(np.array(point) * size)
             return place
@@ -153,7 +151,9 @@ class PlainForm(RobotForm):
         turn = wxyz(look)
         pieces.ball(at(-0.10, 0, 0.02), (0.13 * size, 0.14 * size, 0.15 * size), _SHELL, turn)
         for side in (0.055, -0.055):
-            pieces.ball(at(0.005, side, 0.05), (0.02 * size, 0.026 * size, 0.03 * size), _DARK, turn)
+            pieces.ball(
+                at(0.005, side, 0.05), (0.02 * size, 0.026 * size, 0.03 * size), _DARK, turn
+            )
         for side in (1.0, -1.0):
             corner = at(0.0, side * 0.05, -0.055 + 0.035 * smile)
             pieces.capsule(at(0.018, 0, -0.065), corner, 0.008 * size, _LIPS)

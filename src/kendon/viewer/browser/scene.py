@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -88,7 +89,8 @@ class Scene:
         self._ring_frame.position = (float(shown.robot[0]), float(shown.robot[1]), 0.0)
         self._person(shown)
         self._write(shown, face)
-        if shown.snapshot.t != self._drawn_at and place % _SELDOM == 0 or self._stage is not stage:
+        due = place % _SELDOM == 0 and shown.snapshot.t != self._drawn_at
+        if due or self._stage is not stage:
             self._drawn_at, self._stage = shown.snapshot.t, stage
             self._draw_paths(stage, place)
 
@@ -105,7 +107,7 @@ class Scene:
         for name in ("person_balls", "person_rods"):
             if name in self._batches:
                 self._batches[name][0].visible = there
-        self._cones["person"].visible = there and bool(np.isfinite(row[:7]).all())
+        self._cones["person"].visible = row is not None and bool(np.isfinite(row[:7]).all())
         self._labels["person"].visible = there
         if row is None:
             return
@@ -166,7 +168,7 @@ class Scene:
             points = np.column_stack([circle, np.full(97, 0.006)])
             self._api.add_line_segments(
                 f"/rings/{name}", np.stack([points[:-1], points[1:]], axis=1),
-                colors=_RING_COLOR, line_width=1.5,
+                colors=_RING_COLOR, thickness=1.5,
             )  # fmt: skip
             if radius > 1:
                 self._api.add_label(
@@ -209,7 +211,7 @@ class Scene:
             path.points, path.colors = lines.astype(np.float32), colors
         else:
             self._paths[name] = self._api.add_line_segments(
-                f"/{name}_path", lines.astype(np.float32), colors=colors, line_width=4.0
+                f"/{name}_path", lines.astype(np.float32), colors=colors, thickness=4.0
             )
 
     # ---- words
@@ -239,7 +241,7 @@ def person_segments(
 ) -> tuple[FloatArray, Any]:
     """A person's way as lines (N, 2, 3) [m] in the colours of the phases (N, 2, 3)."""
     lines, colors = [], []
-    for (a, _), (b, phase) in zip(way[:-1], way[1:], strict=True):
+    for (a, _), (b, phase) in itertools.pairwise(way):
         if a is not None and b is not None:
             lines.append(((*a, 0.012), (*b, 0.012)))
             colors.append([hex_rgb(phase.color if phase else "#777777")] * 2)

@@ -7,17 +7,14 @@ import time
 import webbrowser
 from collections.abc import Callable
 
-from kendon.errors import MissingExtraError, ParameterError
+import viser
 
-try:
-    import viser
-except ImportError:
-    raise MissingExtraError("the browser's view", "view", "viser") from None
-
+from kendon.errors import ParameterError
 from kendon.viewer.browser.cameras import Cameras, floor_point
 from kendon.viewer.browser.controls import Controls
 from kendon.viewer.browser.player import Player
 from kendon.viewer.browser.scene import Scene
+from kendon.viewer.browser.serving import start_server, stop_server
 from kendon.viewer.browser.session import Session
 
 #: Where the page is found unless asked otherwise.
@@ -44,7 +41,7 @@ class Page:
     ) -> None:
         check_address(host, port)
         self.session = session
-        self._server = viser.ViserServer(host=host, port=port, label="kendon", verbose=False)
+        self._server = start_server(host, port)
         self._server.gui.configure_theme(
             dark_mode=False, show_logo=False, show_share_button=False, control_width="medium"
         )
@@ -95,7 +92,7 @@ class Page:
 
     def close(self) -> None:
         """Take the page down."""
-        self._server.stop()
+        stop_server(self._server)
         self.session.stage.close()
 
     def _draw(self) -> None:

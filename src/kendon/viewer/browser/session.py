@@ -66,6 +66,8 @@ class Session:
     def restart(self, **changes: str | bool) -> None:
         """Begin a new encounter, with other choices where they are given."""
         wanted = replace(self.choices, **changes)  # type: ignore[arg-type]
+        if self.stage.live:
+            self.stage.close()  # a device is opened by one at a time
         try:
             stage, player = self._make(wanted)
         except KendonError as error:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from kendon.features import Sampler
 from kendon.geometry import Pose2D
 from kendon.greeter import Action, Greeter, Moment
-from kendon.models import GreetingModel
 from kendon.observations import Observation
 from kendon.person import PersonFrame
 from kendon.phases import Phase
@@ -93,8 +92,12 @@ class _Tap(Source):
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.reacts, self.live = source.reacts, source.live  # type: ignore[misc]
+        self.name, self.reacts, self.live = source.name, source.reacts, source.live  # type: ignore[misc]
         self.passed: deque[PersonFrame] = deque(maxlen=64)
+
+    @property
+    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+        return self.source.notes
 
     def attach(self, robot: Robot) -> None:
         self.source.attach(robot)
@@ -109,38 +112,29 @@ class Stage:
     """One encounter, from its start to wherever it has got.
 
     Args:
-        source: the person.
-        model: reads the phases.
-        robot: answers.
-        tree: chooses its commands; the shipped one where it is left out.
+        greeter: the flow, which the stage runs; nobody else may.
         title: in a few words.
+        history: how much of the past is kept [s].
     """
 
-    def __init__(
-        self,
-        source: Source,
-        model: GreetingModel,
-        robot: Robot,
-        tree: GreetingTree | None = None,
-        title: str = "",
-    ) -> None:
+    def __init__(self, greeter: Greeter, title: str = "", history: float = HISTORY) -> None:
         self.title = title
-        self.source = source
-        self.robot = robot
-        self.form = robot_form(robot)
-        self._tap = _Tap(source)
-        self._greeter = Greeter(self._tap, model, robot, tree)
-        self._moments = self._greeter.run()
+        self.robot = greeter.robot
+        self.form = robot_form(greeter.robot)
+        self._tap = _Tap(greeter.source)
+        greeter.source = self._tap
+        self._greeter = greeter
+        self._moments = greeter.run()
         self._follower = Follower()
-        self.nodes = tree_nodes(self._greeter.tree)
-        self.snapshots: deque[Snapshot] = deque(maxlen=round(HISTORY * TICK_RATE))
+        self.nodes = tree_nodes(greeter.tree)
+        self.snapshots: deque[Snapshot] = deque(maxlen=round(history * TICK_RATE))
         self.actions: deque[Action] = deque(maxlen=COMMANDS)
         self.over = False
 
     @property
     def live(self) -> bool:
         """Whether the person is seen as it happens, so that time cannot be hurried."""
-        return self.source.live
+        return self._tap.source.live
 
     @property
     def now(self) -> float:
@@ -157,6 +151,20 @@ class Stage:
         if moment is None:
             self.over = True
             return None
+        return self._take(moment)
+
+    def run(self) -> Iterator[Moment]:
+        """Run the encounter to its end, moment by moment, for whoever wants those.
+
+        Raises:
+            DataError: there is something wrong with what the source reads.
+        """
+        for moment in self._moments:
+            self._take(moment)
+            yield moment
+        self.over = True
+
+    def _take(self, moment: Moment) -> Snapshot:
         phase = moment.belief.phase if moment.belief else None
         self.actions.extend(Action(command, phase) for command in moment.commands)
         snapshot = self._snapshot(moment, phase)
