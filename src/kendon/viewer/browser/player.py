@@ -32,6 +32,8 @@ ACTS: dict[str, float] = {
 LOOKS = ("robot", "away", "down")
 #: How near to a robot they walk [m]: an arm's length, for a handshake.
 NEAREST = 0.8
+#: How much room they leave who walk past it, beyond that [m].
+_BERTH = 0.15
 #: The floor they can be sent about [m].
 FARTHEST = 12.0
 #: Nearer than this a salutation is a close one (thesis 3.4) [m].
@@ -196,28 +198,28 @@ class Player:
         left = float(np.hypot(*way))
         # As fast as still lets them stop there; the last centimetres fade out.
         speed = min(WALKING_SPEED, math.sqrt(2 * 0.7 * ACCELERATION * left), 3.0 * left)
-        wanted = way / left * speed if left > 5e-3 else np.zeros(2)
-        wanted = self._around(wanted, here, left)
+        wanted = self._past(way, here) * speed if left > 5e-3 else np.zeros(2)
         change = wanted - self.velocity
         size = float(np.hypot(*change))
         self.velocity = self.velocity + change * min(1.0, ACCELERATION * dt / max(size, 1e-9))
         self.place = self.place + self.velocity * dt
 
-    def _around(self, wanted: FloatArray, robot: FloatArray, left: float) -> FloatArray:
-        """The way past a robot that stands in it: along its edge instead of into it."""
-        apart = self.place - robot
-        distance = float(np.hypot(*apart))
-        if distance > NEAREST + 0.25 or left < 0.05 or distance < 1e-6:
-            return wanted
-        outward = apart / distance
-        inward = float(wanted @ outward)
-        if inward >= 0:
-            return wanted
-        slide = wanted - inward * outward
-        if np.hypot(*slide) < 0.2 * np.hypot(*wanted) and np.hypot(*(self.goal - robot)) > NEAREST:
-            slide = np.array([-outward[1], outward[0]]) * np.hypot(*wanted)
-        keep = max(0.0, (distance - NEAREST) / 0.25)
-        return np.asarray(slide + inward * outward * keep)
+    def _past(self, way: FloatArray, robot: FloatArray) -> FloatArray:
+        """The direction to walk in, a unit vector: straight, or past a robot in between."""
+        left = float(np.hypot(*way))
+        straight = way / left
+        to_robot = robot - self.place
+        distance = float(np.hypot(*to_robot))
+        along = float(to_robot @ straight)
+        beside = float(straight[0] * to_robot[1] - straight[1] * to_robot[0])  # positive: left
+        if not 0 < along < left or abs(beside) >= NEAREST:
+            return straight
+        # Along the tangent of a circle around the robot, or along the circle once there.
+        edge = NEAREST + _BERTH
+        side = -1.0 if beside > 0 else 1.0
+        off = math.asin(min(1.0, edge / distance)) + max(0.0, 1 - distance / edge)
+        course = math.atan2(to_robot[1], to_robot[0]) + side * off
+        return np.array([math.cos(course), math.sin(course)])
 
     def _turn_body(self, robot: Pose2D, dt: float) -> None:
         speed = float(np.hypot(*self.velocity))
