@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from kendon.cli.options import note, out
-from kendon.errors import ParameterError
+from kendon.errors import MissingExtraError, ParameterError
 from kendon.geometry import Vec3
 from kendon.greeter import Greeter
 from kendon.models import load_model
@@ -102,7 +102,7 @@ def check_replay(path: Path) -> None:
         MissingExtraError: viser is not installed.
         DataError: the file cannot be written.
     """
-    # viser takes a second to import: only those who need it wait for it.
+    _require_viser()
     from kendon.viewer.browser.replay import check_replay as check
 
     check(path)
@@ -123,6 +123,7 @@ def show(
         ParameterError: nothing can listen at that address.
         DataError: the file to record into cannot be written, or the source cannot be read.
     """
+    _require_viser()
     from kendon.viewer.browser.replay import replay_page, write_replay
     from kendon.viewer.browser.server import Page, check_address
 
@@ -143,3 +144,11 @@ def show(
     if record:
         write_replay(session.stage, record)
         out.print(f"The replay is {record}; any browser shows it.", highlight=False)
+
+
+def _require_viser() -> None:
+    """Viser takes a second to import: only those who need it wait for it."""
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("showing or recording an encounter", "view", "viser") from None

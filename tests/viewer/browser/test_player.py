@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from viewer.browser import encounters
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from viewer.browser import encounters
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, quaternion_yaw, wrap_angle

@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 from dataclasses import replace
 
-from viewer.browser import encounters
 import pytest
+from viewer.browser import encounters
 
 from kendon.errors import ParameterError
 from kendon.greeter import Greeter

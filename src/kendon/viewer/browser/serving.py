@@ -6,12 +6,7 @@ import contextlib
 import io
 from collections.abc import Iterator
 
-from kendon.errors import MissingExtraError
-
-try:
-    import viser
-except ImportError:
-    raise MissingExtraError("showing or recording an encounter", "view", "viser") from None
+import viser
 
 
 def start_server(host: str, port: int) -> viser.ViserServer:
