@@ -179,6 +179,6 @@ def test_a_whole_greeting_ends_in_a_handshake() -> None:
     encounters.pass_time(session, 2.5)
     read = [s.phase for s in session.stage.snapshots if s.phase]
     order = [p for i, p in enumerate(read) if i == 0 or p is not read[i - 1]]
-    assert [p for p in order if p in (Phase.DS, Phase.APP, Phase.CS)][0] is Phase.DS
+    assert next(p for p in order if p in (Phase.DS, Phase.APP, Phase.CS)) is Phase.DS
     assert read[-1] is Phase.CS
     assert any(s.saying for s in session.stage.snapshots)

@@ -42,15 +42,16 @@ class Cameras:
 
         @self._server.on_client_connect
         def _(client: viser.ClientHandle) -> None:
-            session.post(lambda: self.choose(client, VIEWS[0], session))
+            # Wider ones begin as set above: what their panels leave is not known yet.
+            if _aspect(client) <= _NARROW:
+                session.post(lambda: self.choose(client, VIEWS[0], session))
 
     def choose(self, client: viser.ClientHandle, view: str, session: Session) -> None:
         """Bring a client to one of `VIEWS`."""
         self._following.pop(client.client_id, None)
         shown = session.shown()
         if view == VIEWS[0]:
-            width, height = client.camera.image_width, client.camera.image_height
-            _aim(client, *overview(shown, width / max(1, height)))
+            _aim(client, *overview(shown, _aspect(client)))
         elif view == VIEWS[1]:
             x, y = _middle(shown)
             _aim(client, (x - 0.01, y, 14.0), (x, y, 0.0))
@@ -94,12 +95,18 @@ def overview(
     x, y = _middle(shown)
     # Across the line between them, a little behind the robot, far enough to have both in sight.
     side = angle - math.radians(105)
-    away = (apart + 2.2) / (2 * max(0.35, min(aspect, 1.2)) * math.tan(FOV / 2))
+    # Labels, too: on a phone they are as wide as three metres.
+    margin = 2.2 if aspect > _NARROW else 4.0
+    away = (apart + margin) / (2 * max(0.35, min(aspect, 1.2)) * math.tan(FOV / 2))
     eye = (x + away * math.cos(side), y + away * math.sin(side), 0.34 * away + 0.6)
     if aspect > _NARROW:
         return eye, (x, y, 0.8)
     # What is looked at is lowered until the bodies are three tenths of the picture above it.
     return eye, (x, y, 0.8 - 0.6 * math.tan(FOV / 2) * away)
+
+
+def _aspect(client: viser.ClientHandle) -> float:
+    return client.camera.image_width / max(1, client.camera.image_height)
 
 
 def _middle(shown: Shown) -> tuple[float, float]:

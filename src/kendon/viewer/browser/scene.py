@@ -168,7 +168,7 @@ class Scene:
             points = np.column_stack([circle, np.full(97, 0.006)])
             self._api.add_line_segments(
                 f"/rings/{name}", np.stack([points[:-1], points[1:]], axis=1),
-                colors=_RING_COLOR, thickness=1.5,
+                colors=_RING_COLOR, thickness=1.5, thickness_units="screen",
             )  # fmt: skip
             if radius > 1:
                 self._api.add_label(
@@ -211,7 +211,11 @@ class Scene:
             path.points, path.colors = lines.astype(np.float32), colors
         else:
             self._paths[name] = self._api.add_line_segments(
-                f"/{name}_path", lines.astype(np.float32), colors=colors, thickness=4.0
+                f"/{name}_path",
+                lines.astype(np.float32),
+                colors=colors,
+                thickness=4.0,
+                thickness_units="screen",
             )
 
     # ---- words
