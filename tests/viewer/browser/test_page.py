@@ -12,7 +12,7 @@ import pytest
 from viewer.browser import encounters
 
 from kendon.phases import Phase
-from kendon.viewer.browser.session import Session
+from kendon.viewer.browser.session import Choices, Session
 
 pytest.importorskip("viser", reason="viser is not installed")
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -32,7 +32,7 @@ SIZE = {"width": 720, "height": 420}
 def browser(tmp_path: Path) -> Iterator[Callable[..., Any]]:
     """Opens pages in a browser that has seen nothing before."""
     with playwright.sync_playwright() as driver:
-        contexts = []
+        contexts: list[Any] = []
 
         def open_page(address: str, **options: Any) -> Any:
             context = driver.chromium.launch_persistent_context(
@@ -122,7 +122,7 @@ def test_time_is_stopped_and_the_past_looked_at_in_the_browser(
 
 
 def test_a_replay_opens_without_a_network(browser: Callable[..., Any], tmp_path: Path) -> None:
-    stage, _ = encounters.make(encounters.Choices("simulated:short", "kendon", "mujoco"))
+    stage, _ = encounters.make(Choices("simulated:short", "kendon", "mujoco"))
     while stage.advance():
         pass
     file = tmp_path / "replay.html"

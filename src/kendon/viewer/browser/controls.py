@@ -103,9 +103,10 @@ class Controls:
             self._gui.set_panel_label(label)
         first = max(0, place - round(WINDOW * 10))
         window = [stage.snapshots[i] for i in range(first, place + 1)]
-        if snapshot.is_new or session.paused:
-            start = max(0.0, snapshot.t - WINDOW)
-            self._write("charts", self._charts, draw_charts(window, start, start + WINDOW))
+        # Up to the newest observation, so that the drawing changes only with the next.
+        read = snapshot.observation.t if snapshot.observation else 0.0
+        start = max(0.0, read - WINDOW)
+        self._write("charts", self._charts, draw_charts(window, start, start + WINDOW))
         self._write("tree", self._tree, tree_view(stage.nodes, snapshot.nodes))
         self._write("log", self._log, command_log(list(stage.actions), snapshot.t))
         self._draw_time(snapshot.t)
