@@ -23,7 +23,8 @@ from kendon.greeter import Greeter
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.robots import make_robot
 from kendon.trees import GreetingTree
-from kendon.viewer.browser.player import PlayedSource, Player
+from kendon.viewer.browser.played import PlayedSource
+from kendon.viewer.browser.player import Player
 from kendon.viewer.browser.session import Choices
 from kendon.viewer.browser.stage import Stage
 

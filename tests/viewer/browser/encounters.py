@@ -6,7 +6,8 @@ from kendon.greeter import Greeter
 from kendon.models import load_model
 from kendon.robots import make_robot
 from kendon.sources import SourceOptions, open_source
-from kendon.viewer.browser.player import PlayedSource, Player
+from kendon.viewer.browser.played import PlayedSource
+from kendon.viewer.browser.player import Player
 from kendon.viewer.browser.session import Choices, Session
 from kendon.viewer.browser.stage import Stage
 

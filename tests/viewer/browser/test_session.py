@@ -13,7 +13,8 @@ from kendon.greeter import Greeter
 from kendon.robots import PointRobot
 from kendon.trees import TICK_RATE
 from kendon.viewer.browser import stage as stages
-from kendon.viewer.browser.player import PlayedSource, Player
+from kendon.viewer.browser.played import PlayedSource
+from kendon.viewer.browser.player import Player
 from kendon.viewer.browser.session import Choices, Session
 from kendon.viewer.browser.stage import NODE_STATES, Stage
 

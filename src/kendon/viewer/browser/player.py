@@ -7,7 +7,6 @@ brake as people do, turn to where they walk and then to the robot, and their hea
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,11 +15,9 @@ from kendon.errors import ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, Vec3, wrap_angle, yaw_quaternion
 from kendon.geometry import compose as turned_by
 from kendon.person import GESTURES, FloatArray, PersonFrame
-from kendon.robots.base import Robot
 from kendon.simulation import Movement, draw_body, draw_movement, move
 from kendon.simulation.body import FACE_HEIGHT
 from kendon.simulation.movements import lasting
-from kendon.sources import Source
 
 #: A medium-to-slow walk (thesis 3.4) [m/s], and how fast people set off and stop [m/s^2].
 WALKING_SPEED, ACCELERATION = 1.2, 1.5
@@ -280,33 +277,3 @@ class Player:
             csal=given[1],
             hdip=given[2],
         ).seen_from(robot)
-
-
-class PlayedSource(Source):
-    """A user's person as a source without an end.
-
-    Args:
-        player: the person.
-    """
-
-    name = "played"
-    reads = "a person whom you move yourself (`kendon play`)"
-    reacts = True
-
-    def __init__(self, player: Player) -> None:
-        self.player = player
-        self._robot: Robot | None = None
-
-    def attach(self, robot: Robot) -> None:
-        """Stand before this robot."""
-        self._robot = robot
-
-    def frames(self) -> Iterator[PersonFrame]:
-        """The person, for as long as somebody asks."""
-        while True:
-            if self._robot is None:
-                yield self.player.frame()
-                self.player.step()
-            else:
-                yield self.player.frame(self._robot.pose)
-                self.player.step(self._robot.pose, self._robot.face)
