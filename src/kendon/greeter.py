@@ -242,6 +242,13 @@ class Greeter(Flow):
         finally:
             self.end()
 
+    def shorten_log(self, newest: int) -> None:
+        """Forget all but the newest commands of the robot's log, in a flow without an end."""
+        log = self.robot.log
+        old = max(0, min(self._logged, len(log) - newest))
+        del log[:old]
+        self._logged -= old
+
 
 class Encounter:
     """The record of a whole run, for figures and files.

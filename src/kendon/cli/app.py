@@ -26,6 +26,8 @@ from kendon.cli.information import (
     sources_command,
     trees_command,
 )
+from kendon.cli.play import EPILOG as PLAY_EPILOG
+from kendon.cli.play import play_command
 from kendon.cli.ros1 import EPILOG as ROS1_EPILOG
 from kendon.cli.ros1 import ros1_command
 from kendon.cli.ros2 import EPILOG as ROS2_EPILOG
@@ -44,6 +46,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("greet", epilog=GREET_EPILOG)(greet_command)
+app.command("play", epilog=PLAY_EPILOG)(play_command)
 app.command("estimate", epilog=ESTIMATE_EPILOG)(estimate_command)
 app.command("evaluate", epilog=EVALUATE_EPILOG)(evaluate_command)
 app.command("fit", epilog=FIT_EPILOG)(fit_command)

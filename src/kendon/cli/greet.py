@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from typing import Annotated
@@ -28,14 +29,31 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.viewing import (
+    HOST,
+    PAGE,
+    PORT,
+    SHOWN_ROBOT,
+    HostOption,
+    OpenOption,
+    PortOption,
+    RecordOption,
+    Stages,
+    check_replay,
+    encounter_title,
+    show,
+    with_gestures,
+)
 from kendon.errors import DataError, ParameterError
 from kendon.estimate import Estimate
-from kendon.greeter import Encounter, Greeter
+from kendon.greeter import Encounter, Greeter, Moment
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.robots import DEFAULT_ROBOT, Robot, RobotOptions, make_robot
-from kendon.sources import RecordedSource, Source, open_source
+from kendon.sources import open_source
 from kendon.tables import write_table
 from kendon.trees import GreetingTree
+from kendon.viewer.browser.session import Choices
+from kendon.viewer.browser.stage import Stage
 from kendon.viewer.timeline import Timeline
 
 _SOURCE_HELP = (
@@ -52,6 +70,10 @@ EPILOG = """
 `kendon greet simulated:late-wave --speed 1 --figure wave.png` · in real time, drawn at the end
 
 `kendon greet recording.csv --tree my_trees.xml --out answers/` · your own behaviour trees
+
+`kendon greet --view` · watch it in a browser, and look back at any moment
+
+`kendon greet --record greeting.html` · a page that replays it anywhere
 
 `kendon greet --robot mujoco --video greeting.mp4` · Vizzy's body with physics, filmed
 
@@ -71,6 +93,8 @@ FaceOption = Annotated[
 PHASES, COMMANDS = "phases.csv", "commands.csv"
 #: The files a figure can be drawn into.
 PICTURES = (".png", ".svg", ".pdf")
+#: How much of an encounter --record keeps at most, the newest [s].
+_RECORDED = 3600.0
 
 
 def greet_command(
@@ -103,6 +127,13 @@ def greet_command(
         Path | None,
         typer.Option("--out", help="Write phases.csv and commands.csv into this folder."),
     ] = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="Watch it in a browser.", rich_help_panel=PAGE)
+    ] = False,
+    record: RecordOption = None,
+    host: HostOption = HOST,
+    port: PortOption = PORT,
+    open_browser: OpenOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No timeline.")] = False,
     robot_face: FaceOption = None,
     gestures_from_phases: GesturesOption = False,
@@ -122,7 +153,7 @@ def greet_command(
         raise DataError(f"a figure is a {' or '.join(PICTURES)} file", file=figure)
     if folder and folder.exists() and not folder.is_dir():
         raise DataError("--out names a folder, but this is a file", file=folder)
-    written = [path for path in (figure, picture, video) if path]
+    written = [path for path in (figure, picture, video, record) if path]
     if folder:
         written += [folder / PHASES, folder / COMMANDS]
     _refuse_to_overwrite(written, [spec, tree, model, robot])
@@ -131,11 +162,24 @@ def greet_command(
         _check_drawing(robot, picture, video)
         robot = robot or "mujoco"
     options = source_options(camera_pose, fov, fps, model_files, calibration, pose_model, person)
+    if view:
+        if figure or picture or video or folder:
+            raise ParameterError(
+                "--view shows an encounter as it goes on; --figure, --picture, --video and --out"
+                " are for one that ends: leave out either"
+            )
+        shown = robot or (SHOWN_ROBOT if face is None else DEFAULT_ROBOT)
+        stages = Stages(options, source, tree, face, gestures_from_phases)
+        show(stages.make, Choices(spec, model, shown), host, port, open_browser, record)
+        return
+    if record:
+        check_replay(record)
+        robot = robot or (SHOWN_ROBOT if face is None else DEFAULT_ROBOT)
     behaviour = GreetingTree(tree) if tree else GreetingTree()
     greeting_model = load_model(model)
     opened = open_source(spec, options, name=source)
     if gestures_from_phases:
-        opened = _with_gestures(opened, spec)
+        opened = with_gestures(opened, spec)
     for sentence in opened.notes:
         note(sentence)
     greeting_robot = make_robot(
@@ -144,7 +188,9 @@ def greet_command(
     greeter = Greeter(opened, greeting_model, greeting_robot, behaviour)
     if picture or video:
         _keep_history(greeting_robot)
-    encounter = _run(greeter, _title(spec), speed, quiet)
+    title = encounter_title(spec)
+    stage = Stage(greeter, title, history=_RECORDED) if record else None
+    encounter = _run(greeter, stage.run() if stage else greeter.run(), title, speed, quiet)
     encounter.require_readings()
     if not quiet:
         _print_summary(encounter)
@@ -156,6 +202,11 @@ def greet_command(
         out.print(f"The whole encounter is drawn in {figure}.", highlight=False)
     if picture or video:
         _draw(encounter, greeting_robot, picture, video)
+    if record and stage:
+        from kendon.viewer.browser.replay import write_replay
+
+        write_replay(stage, record)
+        out.print(f"The replay is {record}; any browser shows it.", highlight=False)
     if folder:
         _write(encounter, folder)
         out.print(f"phases.csv and commands.csv are in {folder}.", highlight=False)
@@ -210,7 +261,9 @@ def _refuse_to_overwrite(written: list[Path], read: list[str | Path | None]) -> 
             raise ParameterError(f"this would overwrite {path}, which is read; name another place")
 
 
-def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
+def _run(
+    greeter: Greeter, moments: Iterator[Moment], title: str, speed: float, quiet: bool
+) -> Encounter:
     encounter = Encounter(title)
     timeline = Timeline(out)
     told = len(greeter.source.notes)
@@ -218,7 +271,7 @@ def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
         timeline.header()
     began = time.monotonic()
     try:
-        for moment in greeter.run():
+        for moment in moments:
             if speed and not greeter.source.live:
                 time.sleep(max(0.0, began + moment.t / speed - time.monotonic()))
             encounter.add(moment)
@@ -233,16 +286,6 @@ def _run(greeter: Greeter, title: str, speed: float, quiet: bool) -> Encounter:
     for sentence in greeter.source.notes[told:]:
         note(sentence)
     return encounter
-
-
-def _with_gestures(source: Source, spec: str) -> Source:
-    if not isinstance(source, RecordedSource):
-        raise ParameterError(f"{spec} has no true phases to press the gesture keys by")
-    return source.with_gestures_from_phases()
-
-
-def _title(spec: str) -> str:
-    return Path(spec).stem if Path(spec).exists() else f"{spec} greeting"
 
 
 def _print_summary(encounter: Encounter) -> None:

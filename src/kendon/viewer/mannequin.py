@@ -63,12 +63,18 @@ class Stance:
     swing: float = 0.0  # where a waving hand is, -1 to 1
     reach: float = 0.0  # how far it is held out, 0 to 1
     target: Vec3 | None = None  # [m], to what, world
+    stature: float = math.nan  # [m]; NaN = as the face's height tells of one who stands upright
+
+    @property
+    def size(self) -> float:
+        """How tall the person is [m]."""
+        return self.head[2] / EYES if math.isnan(self.stature) else self.stature
 
 
 def shapes(stance: Stance) -> list[Shape]:
     """The body as capsules and balls."""
     place = _Skeleton(stance).points
-    size = stance.head[2] / EYES
+    size = stance.size
     drawn = list(_head(stance, size))
     ls, rs, lh, rh = (place[n] for n in ("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
     neck, pelvis = (ls + rs) / 2, (lh + rh) / 2
@@ -98,7 +104,7 @@ class _Skeleton:
 
     def __init__(self, stance: Stance) -> None:
         self.stance = stance
-        self.size = stance.head[2] / EYES
+        self.size = stance.size
         c, s = math.cos(stance.heading), math.sin(stance.heading)
         self.ahead = np.array([c, s, 0.0])
         self.left = np.array([-s, c, 0.0])

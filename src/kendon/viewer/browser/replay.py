@@ -1,0 +1,134 @@
+"""An encounter as one page of its own, which needs neither kendon nor a network to be watched."""
+
+from __future__ import annotations
+
+import base64
+import json
+import string
+from collections.abc import Hashable
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+from kendon.errors import DataError
+from kendon.viewer.browser.cameras import FOV, overview
+from kendon.viewer.browser.charts import draw_charts, plot_box
+from kendon.viewer.browser.panels import log_rows, phase_card, tree_view
+from kendon.viewer.browser.scene import Scene
+from kendon.viewer.browser.serving import start_server, stop_server
+from kendon.viewer.browser.stage import Stage
+
+_WIDTH = 370  # [pixels], of the charts
+#: A longer encounter is recorded with fewer images: so many at most.
+_MOST_IMAGES = 2400
+#: The ticks of the flow a second, and the images a tick of a short encounter.
+_TICK, _IMAGES = 0.1, 2
+
+
+def replay_page(stage: Stage) -> str:
+    """What a stage remembers of its encounter, as the text of an HTML page.
+
+    Raises:
+        DataError: nothing has happened yet.
+    """
+    snapshots = list(stage.snapshots)
+    if not snapshots:
+        raise DataError("there is nothing to replay; the encounter has not begun")
+    start, stop = snapshots[0].t, max(snapshots[-1].t, snapshots[0].t + 1.0)
+    left, plot = plot_box(_WIDTH)
+    cards, trees = _Distinct(), _Distinct()
+    record = {
+        "start": start,
+        "stop": stop,
+        "width": _WIDTH,
+        "left": left,
+        "plot": plot,
+        "t": [round(s.t, 3) for s in snapshots],
+        "card": [cards.place(s.said, lambda s=s: phase_card(s)) for s in snapshots],
+        "tree": [trees.place(s.nodes, lambda s=s: tree_view(stage.nodes, s.nodes))
+                 for s in snapshots],
+        "cards": cards.texts,
+        "trees": trees.texts,
+        "log": log_rows([a for a in stage.actions if a.start >= start - 0.1]),
+    }  # fmt: skip
+    template = files("kendon.viewer.browser").joinpath("replay.html").read_text(encoding="utf-8")
+    return string.Template(template).substitute(
+        title=escape(stage.title or "An encounter"),
+        charts=draw_charts(snapshots, start, stop, width=_WIDTH),
+        # No text may end the script element it stands in.
+        record=json.dumps(record).replace("</", "<\\/"),
+        scene=base64.b64encode(_scene(stage).encode()).decode("ascii"),
+    )
+
+
+def write_replay(stage: Stage, path: str | Path) -> None:
+    """Write an encounter's replay into a file.
+
+    Raises:
+        DataError: the file cannot be written, or nothing has happened yet.
+    """
+    path = Path(path)
+    text = replay_page(stage)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+def check_replay(path: Path) -> None:
+    """Refuse a file that a replay could not be written to, before anything runs.
+
+    Raises:
+        DataError: its name is no page's, or its folder cannot be written to.
+    """
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise DataError("a replay is a .html file", file=path)
+    if path.is_dir():
+        raise DataError("a replay is written into a file, but this is a folder", file=path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8"):
+            pass
+        if path.stat().st_size == 0:
+            path.unlink()
+    except OSError as error:
+        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+class _Distinct:
+    """Texts that differ, each once, and which of them is wanted where."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self._places: dict[Hashable, int] = {}
+
+    def place(self, key: Hashable, text: object) -> int:
+        if key not in self._places:
+            self._places[key] = len(self.texts)
+            assert callable(text)
+            self.texts.append(text())
+        return self._places[key]
+
+
+def _scene(stage: Stage) -> str:
+    """The bodies over time as a page of viser's own, whose player runs it."""
+    server = start_server("127.0.0.1", 0)
+    try:
+        scene = Scene(server)
+        scene.draw(stage, stage.shown(0), 0)
+        position, look_at = overview(stage.shown(0), 1.1)
+        camera = server.initial_camera
+        camera.up, camera.fov = (0.0, 0.0, 1.0), FOV
+        camera.position, camera.look_at = position, look_at
+        recording = server.get_scene_serializer()
+        count = len(stage.snapshots)
+        ticks = max(1, -(-count // _MOST_IMAGES))
+        images = _IMAGES if count * _IMAGES <= _MOST_IMAGES else 1
+        for place in range(ticks, count, ticks):
+            for image in range(images):
+                recording.insert_sleep(_TICK * ticks / images)
+                scene.draw(stage, stage.shown(place, (image + 1) / images), place)
+        return recording.as_html()
+    finally:
+        stop_server(server)
