@@ -24,7 +24,7 @@ from kendon.phases import PHASE_NAMES
 from kendon.tables import write_text
 
 #: The model that `load_model()` gives.
-DEFAULT_MODEL = "kendon"
+DEFAULT_MODEL = "trained"
 
 #: How many metres a unit of length is.
 _LENGTHS = {"m": 1.0, "mm": 1e-3}

@@ -35,7 +35,7 @@ class Signs(StrEnum):
 
 
 #: The share of a varied set that is seen through a drawn sensor.
-SENSED_SHARE = 0.3
+SENSED_SHARE = 0.15
 
 
 def simulate(
