@@ -90,7 +90,7 @@ def test_numbers_for_programs_stand_alone_on_standard_output(
     assert run.code == 0
     record = json.loads(run.out)
     assert [r["name"] for r in record["readers"]] == [
-        "kendon (filter)", "data-driven (filter)", "state machine", "zones",
+        "trained (filter)", "kendon (filter)", "data-driven (filter)", "state machine", "zones",
     ]  # fmt: skip
     assert record["settings"]["seed"] == 3
     assert record["command"].startswith("kendon evaluate ")

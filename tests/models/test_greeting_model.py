@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from kendon.errors import KendonError, ParameterError
-from kendon.models import GreetingModel, Tracker, load_model, model_names
+from kendon.models import Family, GreetingModel, Tracker, load_model, model_names
 from kendon.observations import FEATURES, Observation
 from kendon.person import FloatArray
 from kendon.phases import Phase
 
 MODELS = {name: load_model(name) for name in model_names()}
+#: hmmlearn knows only these.
+GAUSSIAN = {name: model for name, model in MODELS.items() if model.family is Family.GAUSSIAN}
 KENDON = MODELS["kendon"]
 
 #: Anything a sampler or a wrong sensor might deliver.
@@ -46,7 +48,7 @@ def changed(**parts: Any) -> GreetingModel:
 # ---- an independent library
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", GAUSSIAN)
 @pytest.mark.parametrize("seed", range(4))
 def test_hmmlearn_agrees(name: str, seed: int) -> None:
     model = MODELS[name]

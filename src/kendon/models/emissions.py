@@ -98,7 +98,12 @@ class Emissions:
                 for i, (value, nowhere) in enumerate(zip(x, self._nowhere, strict=False))
                 if value == value
             ]
-            keys = [(i, v) for i, v in enumerate(x[GESTURES_FROM:], GESTURES_FROM) if v == v]
+            # Probabilities, whatever a detector's arithmetic makes of them.
+            keys = [
+                (i, min(max(v, 0.0), 1.0))
+                for i, v in enumerate(x[GESTURES_FROM:], GESTURES_FROM)
+                if v == v
+            ]
             return [self._robust(row, known, keys) for row in self._rows]
         totals = []
         for row in self._rows:
