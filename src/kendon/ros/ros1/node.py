@@ -24,6 +24,8 @@ from kendon.ros.telling import fill_belief, fill_observation, fill_state, phase_
 _WAITING = 100
 #: How long to wait for a message until time goes on without it [s].
 _PAUSE = 0.02
+#: How long the last messages may take to leave, on a busy machine [s].
+_HANDOVER = 0.3
 #: How long simulated time may stand still until the user is told [s].
 _NO_CLOCK = 5.0
 #: How long the node stays at its end until the robot has stopped [s].
@@ -98,6 +100,7 @@ class GreetingNode:
         while self.robot.running(CommandKind.STOP) and time.monotonic() - began < _FAREWELL:
             time.sleep(_PAUSE)
             self.robot.update(self.robot.time + _PAUSE)
+        time.sleep(_HANDOVER)  # messages leave by rospy's own threads, which end with the node
 
     def _take(self, kind: str, message: Any, now: float) -> Iterator[Told]:
         if kind == "state":
