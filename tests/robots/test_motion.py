@@ -55,6 +55,12 @@ def test_a_motion_passes_through_its_keyframes_and_waits_where_joints_are_held()
     assert motion.next() == pytest.approx([0.0, -0.4])
 
 
+def test_a_step_next_to_nothing_is_a_motion_as_any_other() -> None:
+    keyframes = [(1.0, {0: 0.0}), (2.0, {0: 2.2e-309})]
+    motion = plan(keyframes, np.zeros(2), np.zeros(2), *FREE, np.full(2, 9.0), CYCLE)
+    assert motion.points == pytest.approx(np.zeros((100, 1)))
+
+
 def test_a_motion_goes_on_from_the_present_speed() -> None:
     keyframes = [(1.0, {0: 0.5})]
     motion = plan(keyframes, np.zeros(2), np.array([0.8, 0.0]), *FREE, np.full(2, 9.0), CYCLE)

@@ -102,7 +102,9 @@ def _by_times(
 def _slopes(t: FloatArray, x: FloatArray, velocity: FloatArray) -> FloatArray:
     slopes = np.zeros_like(x)
     if len(t) > 2:
-        slopes[1:-1] = pchip_interpolate(t, x, t, der=1)[1:-1]
+        # The harmonic mean of a slope next to nothing passes infinity on its way to zero.
+        with np.errstate(over="ignore"):
+            slopes[1:-1] = pchip_interpolate(t, x, t, der=1)[1:-1]
     slopes[0] = velocity
     return slopes
 
