@@ -121,7 +121,7 @@ def time_dynamax(model: GreetingModel, X: list[Any], repeats: int) -> Timing | N
 
 def compare(sequences: int, rows: int, repeats: int) -> None:
     """One iteration of the three, side by side."""
-    model = load_model()
+    model = load_model("kendon")
     X = [greeting.values for greeting in sample(model, [rows] * sequences)]
     kendon = time_kendon(model, X, repeats)
     others = [time_hmmlearn(model, X, repeats), time_dynamax(model, X, repeats)]
@@ -138,7 +138,7 @@ def compare(sequences: int, rows: int, repeats: int) -> None:
 
 def grow(sequences: int) -> None:
     """Time of one size, and the memory that EM takes besides the greetings themselves."""
-    model, rng = load_model(), np.random.default_rng(0)
+    model, rng = load_model("kendon"), np.random.default_rng(0)
     lengths = rng.integers(10, 41, sequences).tolist()
     X = [  # a thousand at a time: sampling is not what is measured
         greeting.values.copy()

@@ -17,14 +17,12 @@ import pstats
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from recorded_people import add_data_option, greetings, print_table
 
-from kendon import Greeter, Observation, Sampler, Track, load_model, observe
-from kendon.errors import KendonError
-from kendon.observations import FEATURES
+from kendon import Greeter, Observation, Sampler, Track, load_model, observe, to_hmmlearn
+from kendon.errors import KendonError, MissingExtraError
 from kendon.person import FloatArray, PersonFrame
 from kendon.sources import RecordedSource
 
@@ -50,14 +48,9 @@ def step_times(X: FloatArray, batches: int) -> list[float]:
 def hmmlearn_times(X: FloatArray) -> list[float] | None:
     """The time of each step when hmmlearn reads the whole sequence again [s]."""
     try:
-        from hmmlearn.hmm import GaussianHMM
-    except ImportError:
+        other = to_hmmlearn(load_model("kendon"))  # hmmlearn has no other family than its
+    except MissingExtraError:
         return None
-    model = load_model()
-    other: Any = GaussianHMM(len(model.startprob), covariance_type="diag")
-    other.n_features = len(FEATURES)
-    other.startprob_, other.transmat_ = model.startprob, model.transmat
-    other.means_, other.covars_ = model.means, model.variances
     known = np.nan_to_num(X)  # hmmlearn takes no unknown values
     times = []
     for t in range(1, len(known) + 1):

@@ -116,7 +116,7 @@ def name_states(hmm: Any, reference: GreetingModel | None = None) -> Assignment:
     """
     model = _model(hmm, "hmmlearn")
     parameters = Parameters(model.startprob, model.transmat, model.means, model.variances)
-    return assign(parameters, load_model() if reference is None else reference)
+    return assign(parameters, load_model("kendon") if reference is None else reference)
 
 
 def _gaussian_hmm() -> Any:
