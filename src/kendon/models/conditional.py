@@ -1,4 +1,4 @@
-"""Learning to tell phases apart: conditional maximum likelihood (Nadas 1983).
+"""Learning to tell phases apart: conditional maximum likelihood (Nadas 1983), in two ways.
 
 Counting makes a model that would produce the greetings it has seen, P(o, phases). Where features
 are not quite as the model has them (distance is not normal within a phase, the smile of one
@@ -6,6 +6,10 @@ moment is that of the last), that is not the model that reads phases best. Here 
 improved in P(phases | o) instead, the probability of the true phases given what was observed (in
 speech recognition: maximum mutual information, Bahl et al. 1986). The gradient is the statistics
 of the labelled rows less those that the model expects without the labels (Fisher's identity).
+
+That is how well a whole greeting is read afterwards. A robot reads while it goes on, and has
+the filter's beliefs, P(phase_t | o_1..o_t) (`kendon.models.stepwise`). A model is to be good at
+both, so that the mean of the two is what rises.
 
 The conditional likelihood alone may end in numbers that nobody recognises a greeting in: it does
 not care what a typical final approach is like, only where it begins. A normal prior about the
@@ -25,6 +29,7 @@ from kendon.models.emissions import GESTURES_FROM, Family
 from kendon.models.learned_emissions import evaluate, statistics
 from kendon.models.prior import Expected, Parameters, Prior
 from kendon.models.starts import count_labels
+from kendon.models.stepwise import stepwise
 from kendon.person import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -41,7 +46,7 @@ class Improvement(NamedTuple):
     """What conditional learning made of a model."""
 
     parameters: Parameters
-    before: float  # log P(phases | o) a row, of the model to begin with
+    before: float  # the mean of both log P(phases | o) a row, of the model to begin with
     after: float  # of the improved one
     iterations: int
 
@@ -65,7 +70,7 @@ def improve(
         prior: whose tightness, least deviations and certainty of gestures are kept to.
         allowed: (K, K), the moves that can be.
         iterations: at most so many.
-        progress: called with the iteration and log P(phases | o) a row.
+        progress: called with the iteration and the mean of both log P(phases | o) a row.
     """
     from scipy.optimize import Bounds, minimize  # half a second: not for those who need none
 
@@ -94,7 +99,10 @@ def improve(
 
 
 class _Ascent:
-    """The function that is minimised, -log P(phases | o) - log prior a row, and its slope."""
+    """The function that is minimised, less both log P(phases | o) and log prior, and its slope.
+
+    The mean of both, and of both a row.
+    """
 
     def __init__(
         self,
@@ -105,38 +113,36 @@ class _Ascent:
         allowed: NDArray[np.bool_],
     ) -> None:
         self.layout = _Layout(begin, allowed)
-        self.conditional = -np.inf  # log P(phases | o) a row, at the last call
+        self.conditional = -np.inf  # the mean of both log P(phases | o) a row, at the last call
         self._data, self._tightness = data, tightness
         self._counts = count_labels(labels, len(allowed))
         self._workspace = Workspace()
 
     def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
         parameters = self.layout.parameters(theta)
-        starts, moves = self._counts
-        joint = _log_likelihood(starts, parameters.startprob)
-        joint += _log_likelihood(moves, parameters.transmat)
-        alone = 0.0
-        starts, moves = starts.copy(), moves.copy()
+        starts, moves = (counts.copy() for counts in self._counts)
+        height = _log_likelihood(starts, parameters.startprob)
+        height += _log_likelihood(moves, parameters.transmat)
         emissions = np.zeros((*parameters.means.shape, 3))
         for chunk in self._data.chunks:
             evaluated = evaluate(chunk, self._data.center, parameters, self._workspace)
             labelled = _members(chunk, len(starts))
-            joint += float(evaluated.log[labelled].sum())
-            free = posterior(
-                parameters.startprob,
-                parameters.transmat,
-                evaluated.log,
-                chunk.without_labels(),
-                self._workspace,
-            )
-            alone += float(free.log_likelihoods.sum())
-            starts -= free.states[:, : len(chunk.sequences)].sum(axis=1)
-            moves -= free.moves
-            emissions += statistics(chunk, evaluated, labelled - free.states)
-        self.conditional = (joint - alone) / self._data.rows
+            height += float(evaluated.log[labelled].sum())
+            model = parameters.startprob, parameters.transmat, evaluated.log
+            free = posterior(*model, chunk.without_labels(), self._workspace)
+            height -= float(free.log_likelihoods.sum())
+            filtered = stepwise(*model, chunk)
+            height += filtered.log_likelihood
+            starts += filtered.starts - free.states[:, : len(chunk.sequences)].sum(axis=1)
+            moves += filtered.moves - free.moves
+            both = filtered.states + labelled - free.states
+            emissions += statistics(chunk, evaluated, both)
+        both_rows = 2 * self._data.rows
+        self.conditional = height / both_rows
         slope = self.layout.slope(parameters, Expected(starts, moves, emissions), self._data.center)
-        height = joint - alone - 0.5 * self._tightness * float(theta @ theta)
-        return -height / self._data.rows, (self._tightness * theta - slope) / self._data.rows
+        tightness = 2 * self._tightness
+        cost = 0.5 * tightness * float(theta @ theta) - height
+        return cost / both_rows, (tightness * theta - slope) / both_rows
 
 
 def _log_likelihood(counts: FloatArray, p: FloatArray) -> float:
