@@ -23,7 +23,9 @@ def test_the_score_is_that_of_the_filters_beliefs(wild: float) -> None:
     parameters = Parameters(model.startprob, model.transmat, model.means, model.variances)
     center = pack([greeting.values for greeting in greetings]).center
     log = evaluate(chunk, center, parameters).log
-    found = stepwise(model.startprob, model.transmat, log, chunk)
+    assert chunk.labels is not None
+    truth = np.asarray(chunk.labels == np.arange(6)[:, None])
+    found = stepwise(model.startprob, model.transmat, log, chunk, truth)
     beliefs = [model.filter(greeting.values) for greeting in greetings]
     told = [b[np.arange(len(b)), y] for b, y in zip(beliefs, labels, strict=True)]
     expected = np.log(np.maximum(np.concatenate(told), 1e-300)).sum()

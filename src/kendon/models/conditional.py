@@ -11,6 +11,9 @@ That is how well a whole greeting is read afterwards. A robot reads while it goe
 the filter's beliefs, P(phase_t | o_1..o_t) (`kendon.models.stepwise`). A model is to be good at
 both, so that the mean of the two is what rises.
 
+Of people who only pass by it is known that they salute nobody: what rises for them is the
+probability of that.
+
 The conditional likelihood alone may end in numbers that nobody recognises a greeting in: it does
 not care what a typical final approach is like, only where it begins. A normal prior about the
 model to begin with, in a unit of its own for every parameter, keeps them near what they mean.
@@ -18,7 +21,7 @@ model to begin with, in a unit of its own for every parameter, keeps them near w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,9 +31,9 @@ from kendon.models.em import Chunk, Data, Workspace, posterior
 from kendon.models.emissions import GESTURES_FROM, Family
 from kendon.models.learned_emissions import evaluate, statistics
 from kendon.models.prior import Expected, Parameters, Prior
-from kendon.models.starts import count_labels
 from kendon.models.stepwise import stepwise
-from kendon.person import FloatArray, IntArray
+from kendon.person import FloatArray
+from kendon.phases import SALUTATIONS
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -40,6 +43,8 @@ if TYPE_CHECKING:
 _FARTHEST = 6.0
 #: What no training can change is a probability of 0; allowed moves begin with at least this.
 _LEAST_PROBABILITY = 1e-3
+#: The label of rows of people who do not greet.
+PASSING = -2
 
 
 class Improvement(NamedTuple):
@@ -53,7 +58,6 @@ class Improvement(NamedTuple):
 
 def improve(
     data: Data,
-    labels: Sequence[IntArray],
     begin: Parameters,
     prior: Prior,
     allowed: NDArray[np.bool_],
@@ -64,8 +68,7 @@ def improve(
     """Improve a model's conditional likelihood by L-BFGS-B (Liu and Nocedal 1989).
 
     Args:
-        data: greetings with a label on every row.
-        labels: of its sequences, (T,) each.
+        data: greetings with a label on every row, and people who pass by with PASSING.
         begin: the model to improve, in which all that is allowed is `possible`.
         prior: whose tightness, least deviations and certainty of gestures are kept to.
         allowed: (K, K), the moves that can be.
@@ -74,7 +77,7 @@ def improve(
     """
     from scipy.optimize import Bounds, minimize  # half a second: not for those who need none
 
-    ascent = _Ascent(data, labels, begin, prior.tightness, allowed)
+    ascent = _Ascent(data, begin, prior.tightness, allowed)
     reached: list[float] = []
 
     def report(intermediate_result: OptimizeResult) -> None:
@@ -105,38 +108,32 @@ class _Ascent:
     """
 
     def __init__(
-        self,
-        data: Data,
-        labels: Sequence[IntArray],
-        begin: Parameters,
-        tightness: float,
-        allowed: NDArray[np.bool_],
+        self, data: Data, begin: Parameters, tightness: float, allowed: NDArray[np.bool_]
     ) -> None:
         self.layout = _Layout(begin, allowed)
         self.conditional = -np.inf  # the mean of both log P(phases | o) a row, at the last call
         self._data, self._tightness = data, tightness
-        self._counts = count_labels(labels, len(allowed))
-        self._workspace = Workspace()
+        states = len(allowed)
+        self._chunks = [(chunk.without_labels(), _truth(chunk, states)) for chunk in data.chunks]
+        self._free, self._told = Workspace(), Workspace()
 
     def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
         parameters = self.layout.parameters(theta)
-        starts, moves = (counts.copy() for counts in self._counts)
-        height = _log_likelihood(starts, parameters.startprob)
-        height += _log_likelihood(moves, parameters.transmat)
+        height = 0.0
+        starts, moves = np.zeros_like(parameters.startprob), np.zeros_like(parameters.transmat)
         emissions = np.zeros((*parameters.means.shape, 3))
-        for chunk in self._data.chunks:
-            evaluated = evaluate(chunk, self._data.center, parameters, self._workspace)
-            labelled = _members(chunk, len(starts))
-            height += float(evaluated.log[labelled].sum())
-            model = parameters.startprob, parameters.transmat, evaluated.log
-            free = posterior(*model, chunk.without_labels(), self._workspace)
-            height -= float(free.log_likelihoods.sum())
-            filtered = stepwise(*model, chunk)
+        for chunk, truth in self._chunks:
+            evaluated = evaluate(chunk, self._data.center, parameters, self._free)
+            model = parameters.startprob, parameters.transmat
+            free = posterior(*model, evaluated.log, chunk, self._free)
+            told = posterior(*model, np.where(truth, evaluated.log, -np.inf), chunk, self._told)
+            filtered = stepwise(*model, evaluated.log, chunk, truth)
+            height += float((told.log_likelihoods - free.log_likelihoods).sum())
             height += filtered.log_likelihood
-            starts += filtered.starts - free.states[:, : len(chunk.sequences)].sum(axis=1)
-            moves += filtered.moves - free.moves
-            both = filtered.states + labelled - free.states
-            emissions += statistics(chunk, evaluated, both)
+            first = slice(None, len(chunk.sequences))
+            starts += filtered.starts + (told.states - free.states)[:, first].sum(axis=1)
+            moves += filtered.moves + told.moves - free.moves
+            emissions += statistics(chunk, evaluated, filtered.states + told.states - free.states)
         both_rows = 2 * self._data.rows
         self.conditional = height / both_rows
         slope = self.layout.slope(parameters, Expected(starts, moves, emissions), self._data.center)
@@ -145,15 +142,12 @@ class _Ascent:
         return cost / both_rows, (tightness * theta - slope) / both_rows
 
 
-def _log_likelihood(counts: FloatArray, p: FloatArray) -> float:
-    met = counts > 0  # what has not been met may be impossible
-    return float((counts[met] * np.log(p[met])).sum())
-
-
-def _members(chunk: Chunk, states: int) -> NDArray[np.bool_]:
-    """Which state each row's label names, (K, N)."""
+def _truth(chunk: Chunk, states: int) -> NDArray[np.bool_]:
+    """Which states each row may truly be in, (K, N)."""
     assert chunk.labels is not None
-    return np.asarray(chunk.labels == np.arange(states)[:, None])
+    number = np.arange(states)[:, None]
+    no_salutation = ~np.isin(number + 1, SALUTATIONS)
+    return np.asarray(np.where(chunk.labels == PASSING, no_salutation, chunk.labels == number))
 
 
 class _Layout:

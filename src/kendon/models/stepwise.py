@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kendon.models.em import Chunk
 from kendon.person import FloatArray
@@ -25,24 +26,28 @@ class Stepwise(NamedTuple):
     The slopes are what expected counts are in EM, and may be negative.
     """
 
-    log_likelihood: float  # the sum of log P(phase_t | o_1..o_t)
+    log_likelihood: float  # the sum of log P(true phase_t | o_1..o_t)
     starts: FloatArray  # (K,), along log P(first state)
     moves: FloatArray  # (K, K), along log P(move from row to column)
     states: FloatArray  # (K, N), along log P(row | state)
 
 
 def stepwise(
-    startprob: FloatArray, transmat: FloatArray, log_emission: FloatArray, chunk: Chunk
+    startprob: FloatArray,
+    transmat: FloatArray,
+    log_emission: FloatArray,
+    chunk: Chunk,
+    truth: NDArray[np.bool_],
 ) -> Stepwise:
-    """The filter's score on labelled rows.
+    """The filter's score on rows of which the true state is known, or some that it is among.
 
     Args:
         startprob: (K,).
         transmat: (K, K), from row to column.
         log_emission: (K, N), log P(row | state).
-        chunk: how the N rows are packed, all of them with labels.
+        chunk: how the N rows are packed.
+        truth: (K, N), the states each row may truly be in, at least one.
     """
-    assert chunk.labels is not None
     blocks = chunk.blocks()
     before = np.empty_like(log_emission)  # P(state_t | o_1..o_t-1)
     belief = np.empty_like(log_emission)  # P(state_t | o_1..o_t)
@@ -56,12 +61,13 @@ def stepwise(
             log = np.log(before[:, a:b]) + log_emission[:, a:b]
         now = np.exp(log - log.max(axis=0))
         belief[:, a:b] = now / now.sum(axis=0)
-    truth = chunk.labels == np.arange(len(transmat))[:, None]
-    score = float(np.log(np.maximum(belief[truth], _LEAST)).sum())
+    right = np.where(truth, belief, 0.0)
+    sure = np.maximum(right.sum(axis=0), _LEAST)
+    score = float(np.log(sure).sum())
 
     # Backward: a belief is a normalised product, so that the slope along the logarithm of each
     # factor is what the rows ahead make of this belief, less its mean, and the own row's part.
-    slope = truth - belief
+    slope = right / sure - belief
     moves = np.zeros_like(transmat)
     ahead = np.empty((len(transmat), 0))  # along the beliefs of the time step
     for t in range(len(blocks) - 1, -1, -1):
