@@ -9,12 +9,12 @@ import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import CONE_ANGLE
-from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, compose, wrap_angle, yaw_quaternion
+from kendon.geometry import ORIGIN, Pose2D, Vec3, wrap_angle
 from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.limbs import min_jerk
-from kendon.simulation.motion import Motion, move
+from kendon.simulation.motion import Instant, looking_along, move_now
 from kendon.simulation.movements import Movement, draw_movement, lasting
 from kendon.simulation.scripts import Act, Script
 
@@ -93,18 +93,18 @@ class SimulatedPerson:
             look = self._look(act, rails, robot, face)
         else:
             look = self._turning_look(self._act, rails, robot, face)
-        motion = self._moving(look, robot)
-        places = np.array(list(motion.joints.values()))[:, 0]
-        head, rotation = motion.head[0], motion.head_rotation[0].tolist()
+        shown = self._moving(look, robot)
+        joints, head, rotation = shown.joints, shown.head, shown.head_rotation
         if self.keys:
             # The body hangs under a head that runs on rails.
-            places += rails - head
-            head, rotation = np.array(rails), _turned(*look)
+            dx, dy, dz = rails[0] - head[0], rails[1] - head[1], rails[2] - head[2]
+            joints = {name: (x + dx, y + dy, z + dz) for name, (x, y, z) in joints.items()}
+            head, rotation = rails, looking_along(*look)
         in_world = PersonFrame(
             self.t,
-            tuple(head.tolist()),
-            tuple(rotation),
-            joints=dict(zip(motion.joints, map(tuple, places.tolist()), strict=True)),
+            head,
+            rotation,
+            joints=joints,
             smile=act.smile,
             dsal=float(act.phase is Phase.DS) if self.keys else math.nan,
             csal=float(act.phase is Phase.CS) if self.keys else math.nan,
@@ -155,22 +155,15 @@ class SimulatedPerson:
         self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
-    def _moving(self, look: tuple[float, float], robot: Pose2D) -> Motion:
+    def _moving(self, look: tuple[float, float], robot: Pose2D) -> Instant:
         """The body now, in the world; it faces the robot."""
         x, y = self.position
         heading = math.atan2(robot.y - y, robot.x - x)
         ahead = self._body.face[0]
-        ground = x - ahead * math.cos(heading), y - ahead * math.sin(heading)
-        return move(
-            self._body,
-            np.array([self.t]),
-            np.array([ground]),
-            np.array([heading]),
-            np.array([_turned(*look)]),
-            np.array([self._legs_speed]),
-            np.array([self._steps]),
-            self._movements,
-        )
+        return move_now(
+            self._body, self.t, x - ahead * math.cos(heading), y - ahead * math.sin(heading),
+            heading, looking_along(*look), self._legs_speed, self._steps, self._movements,
+        )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
         if distance <= self._nearest - _NEARER:
@@ -197,7 +190,7 @@ class SimulatedPerson:
         if act == 0 or since >= 1:
             return there
         here = self._turning_look(act - 1, head, robot, face)
-        share = float(min_jerk(np.array(since)))
+        share = min_jerk(since)
         yaw = here[0] + share * wrap_angle(there[0] - here[0])
         return yaw, here[1] + share * (there[1] - here[1])
 
@@ -224,7 +217,3 @@ class SimulatedPerson:
         to_face[axis] += side * beside
         dx, dy, dz = to_face
         return math.atan2(dy, dx) + robot.yaw, math.atan2(-dz, math.hypot(dx, dy))
-
-
-def _turned(yaw: float, pitch: float) -> Quaternion:
-    return compose(yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
