@@ -9,6 +9,7 @@ one: y points away from the body. Mirrored in y, the same numbers are the right 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 #: How far an elbow bends and straightens [rad]: 145 and 4 degrees (AAOS 1965 and a margin).
 MOST_BENT = math.radians(145)
 LEAST_BENT = math.radians(4)
+_COS_MOST_BENT, _COS_LEAST_BENT = math.cos(MOST_BENT), math.cos(LEAST_BENT)
 
 #: A float at one instant, or an array (N,) over time.
 Curve = Any
@@ -41,6 +43,11 @@ def cos(x: Curve) -> Curve:
     return math.cos(x) if isinstance(x, float) else np.cos(x)
 
 
+def trigonometry(x: Curve) -> tuple[Callable[[Curve], Curve], Callable[[Curve], Curve]]:
+    """Sine and cosine for what is like `x`: for those who take many of them."""
+    return (math.sin, math.cos) if isinstance(x, float) else (np.sin, np.cos)
+
+
 def acos(x: Curve) -> Curve:
     """The angle of a cosine [rad]."""
     return math.acos(x) if isinstance(x, float) else np.arccos(x)
@@ -53,7 +60,9 @@ def sqrt(x: Curve) -> Curve:
 
 def clip(x: Curve, least: float, most: float = math.inf) -> Curve:
     """What is nearest to `x` from `least` to `most`."""
-    return min(max(x, least), most) if isinstance(x, float) else np.clip(x, least, most)
+    if isinstance(x, float):
+        return least if x < least else most if x > most else x
+    return np.clip(x, least, most)
 
 
 def min_jerk(x: Curve) -> Curve:
@@ -62,7 +71,11 @@ def min_jerk(x: Curve) -> Curve:
     >>> [min_jerk(x) for x in (-1.0, 0.0, 0.5, 1.0, 2.0)]
     [0.0, 0.0, 0.5, 1.0, 1.0]
     """
-    x = clip(x, 0.0, 1.0)
+    if isinstance(x, float):  # as `clip`, which costs as much again as the rest
+        if not 0.0 < x < 1.0:
+            return 0.0 if x <= 0.0 else 1.0 if x >= 1.0 else x
+    else:
+        x = np.clip(x, 0.0, 1.0)
     return x * x * x * (10 + x * (6 * x - 15))
 
 
@@ -110,6 +123,7 @@ def _slerp(half: Curve, weight: Curve) -> tuple[Curve, Curve]:
 
 def hang(forward: Curve, outward: float, elbow: Curve) -> Arm:
     """An arm that hangs, swung forward and held away from the body by small angles [rad]."""
+    sin, cos = trigonometry(forward)
     sf, cf = sin(-forward / 2), cos(forward / 2)
     so, co = math.sin(outward / 2), math.cos(outward / 2)
     return Arm((cf * so, sf * co, -sf * so, cf * co), elbow)
@@ -132,8 +146,8 @@ def reach(wrist: Vector, pole: Vector, upper: float, fore: float) -> Arm:
     wx, wy, wz = wrist
     px, py, pz = pole
     span = sqrt(wx * wx + wy * wy + wz * wz)
-    nearest = math.sqrt(square + 2 * upper * fore * math.cos(MOST_BENT))
-    farthest = math.sqrt(square + 2 * upper * fore * math.cos(LEAST_BENT))
+    nearest = math.sqrt(square + 2 * upper * fore * _COS_MOST_BENT)
+    farthest = math.sqrt(square + 2 * upper * fore * _COS_LEAST_BENT)
     way = clip(span, nearest, farthest)
     lx, ly, lz = wx / span, wy / span, wz / span
     along = px * lx + py * ly + pz * lz
@@ -151,9 +165,18 @@ def reach(wrist: Vector, pole: Vector, upper: float, fore: float) -> Arm:
 
 def straighten(arm: Arm, upper: float, fore: float) -> tuple[Vector, Vector]:
     """Where an arm's elbow and wrist are from its shoulder [m]."""
-    x, y, z = elbow = turn(arm.shoulder, 0.0, -upper)
-    dx, dy, dz = turn(arm.shoulder, fore * sin(arm.elbow), -fore * cos(arm.elbow))
-    return elbow, (x + dx, y + dy, z + dz)
+    sin, cos = trigonometry(arm.elbow)
+    qx, qy, qz, qw = arm.shoulder
+    # A hanging arm points along -z, a forearm that bends comes up toward x.
+    down_x, down_y = -2 * (qx * qz + qw * qy), -2 * (qy * qz - qw * qx)
+    down_z = 2 * (qx * qx + qy * qy) - 1
+    up_x, up_y, up_z = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
+    along, bent = upper + fore * cos(arm.elbow), fore * sin(arm.elbow)
+    return (upper * down_x, upper * down_y, upper * down_z), (
+        along * down_x + bent * up_x,
+        along * down_y + bent * up_y,
+        along * down_z + bent * up_z,
+    )
 
 
 def _from_axes(y: Vector, z: Vector) -> Rotation:

@@ -19,12 +19,11 @@ from kendon.simulation.limbs import (
     Rotation,
     Vector,
     clip,
-    cos,
     hang,
     pitched,
-    sin,
     sqrt,
     straighten,
+    trigonometry,
     turn,
 )
 from kendon.simulation.movements import Movement
@@ -46,6 +45,7 @@ def look_along(yaw: FloatArray, pitch: FloatArray) -> FloatArray:
 
 def looking_along(yaw: Curve, pitch: Curve) -> Rotation:
     """One of them (or all by columns)."""
+    sin, cos = trigonometry(yaw)
     sy, cy, sp, cp = sin(yaw / 2), cos(yaw / 2), sin(pitch / 2), cos(pitch / 2)
     return (-sy * sp, cy * sp, sy * cp, cy * cp)
 
@@ -110,6 +110,7 @@ def move_now(
 
     With arrays over time in their places the same formulas serve a whole track.
     """
+    sin, cos = trigonometry(t)
     # Of a usual step, 0.7 m; none at all when standing.
     stride = sqrt(clip(speed, 0.0) * body.walk_ratio) / 0.7 * speed / (speed + 0.15)
     swing = math.pi * steps
@@ -130,34 +131,43 @@ def move_now(
     cx, sx = cos(heading), sin(heading)
     x = x + cx * ahead - sx * left
     y = y + sx * ahead + cx * left
-    z = body.hip_height - 0.04 * legs * legs  # 1 - cos 2a = 2 sin^2 a
+    z = body.hip_height - 0.04 * legs * legs
     # Pelvis and shoulders turn against each other by about 4 degrees each way (Murray 1967).
     pelvis, chest = heading - 0.07 * legs, heading + 0.06 * legs
-    c, s, cp, sp = cos(chest), sin(chest), cos(trunk), sin(trunk)
-    torso, half_shoulders, half_hips = body.torso, body.half_shoulders, body.half_hips
-    hip_x, hip_y = -sin(pelvis) * half_hips, cos(pelvis) * half_hips
-
-    def of_chest(px: Curve, py: Curve, pz: Curve) -> Vector:
-        forward = cp * px + sp * pz
-        return (x + c * forward - s * py, y + s * forward + c * py, z + cp * pz - sp * px)
+    hip_x, hip_y = -sin(pelvis) * body.half_hips, cos(pelvis) * body.half_hips
+    # The chest: ahead, to the left (level) and up along the trunk.
+    c, s, tilted, up_z = cos(chest), sin(chest), sin(trunk), cos(trunk)
+    ahead_x, ahead_y, up_x, up_y = c * up_z, s * up_z, c * tilted, s * tilted
+    torso, half = body.torso, body.half_shoulders
+    mid_x, mid_y, mid_z = x + torso * up_x, y + torso * up_y, z + torso * up_z
 
     joints = {}
     for side, sign in (("l", 1.0), ("r", -1.0)):
-        half = sign * half_shoulders
-        (ex, ey, ez), (wx, wy, wz) = straighten(pose.arms[side], body.upper_arm, body.forearm)
-        joints[side + "_shoulder"] = of_chest(0.0, half, torso)
-        joints[side + "_elbow"] = of_chest(ex, half + sign * ey, ez + torso)
-        joints[side + "_wrist"] = of_chest(wx, half + sign * wy, wz + torso)
+        out_x, out_y = -sign * s, sign * c
+        shoulder_x, shoulder_y = mid_x + half * out_x, mid_y + half * out_y
+        elbow, wrist = straighten(pose.arms[side], body.upper_arm, body.forearm)
+        joints[side + "_shoulder"] = (shoulder_x, shoulder_y, mid_z)
+        for name, (fore, out, up) in (("_elbow", elbow), ("_wrist", wrist)):
+            joints[side + name] = (
+                shoulder_x + fore * ahead_x + out * out_x + up * up_x,
+                shoulder_y + fore * ahead_y + out * out_y + up * up_y,
+                mid_z - fore * tilted + up * up_z,
+            )
         joints[side + "_hip"] = (x + sign * hip_x, y + sign * hip_y, z)
     rotation = pitched(look, pose.head)
-    nx, ny, nz = of_chest(0.0, 0.0, torso + body.neck)
-    fx, fy, fz = turn(rotation, *body.face)
-    return Instant(joints, (nx + fx, ny + fy, nz + fz), rotation)
+    neck = body.neck
+    face_x, face_y, face_z = turn(rotation, *body.face)
+    head = (
+        mid_x + neck * up_x + face_x,
+        mid_y + neck * up_y + face_y,
+        mid_z + neck * up_z + face_z,
+    )
+    return Instant(joints, head, rotation)
 
 
 def _walking_pose(body: Body, t: Curve, legs: Curve, stride: Curve, still: Curve) -> Pose:
     """Arms that hang, and swing against the legs; the trunk as they carry it."""
-    breath = 0.012 * body.sway * still * sin(1.4 * t + body.phase)
+    breath = 0.012 * body.sway * still * trigonometry(t)[0](1.4 * t + body.phase)
     arms = {}
     for side, sign in (("l", 1.0), ("r", -1.0)):
         # Shoulders swing by 16 degrees each way, elbows bend by 25 more in front (Murray 1967).

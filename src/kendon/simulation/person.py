@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from kendon.errors import ParameterError
-from kendon.features.gaze import CONE_ANGLE
-from kendon.geometry import ORIGIN, Pose2D, Vec3, wrap_angle
+from kendon.features.gaze import RIM
+from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
 from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
@@ -88,29 +88,22 @@ class SimulatedPerson:
             face: the robot's face in its base frame [m].
         """
         act = self.script.acts[self._act]
-        rails = (*self.position, self.script.height)
-        if self.keys:
-            look = self._look(act, rails, robot, face)
-        else:
-            look = self._turning_look(self._act, rails, robot, face)
-        shown = self._moving(look, robot)
+        x, y, z = robot.to_local((*self.position, self.script.height))
+        place = (x, y, z)
+        looks = _look(act, place, face) if self.keys else self._turning_look(self._act, place, face)
+        look = looking_along(*looks)
+        shown = self._moving(x, y, look)
         joints, head, rotation = shown.joints, shown.head, shown.head_rotation
         if self.keys:
             # The body hangs under a head that runs on rails.
-            dx, dy, dz = rails[0] - head[0], rails[1] - head[1], rails[2] - head[2]
+            dx, dy, dz = x - head[0], y - head[1], z - head[2]
             joints = {name: (x + dx, y + dy, z + dz) for name, (x, y, z) in joints.items()}
-            head, rotation = rails, looking_along(*look)
-        in_world = PersonFrame(
-            self.t,
-            head,
-            rotation,
-            joints=joints,
-            smile=act.smile,
-            dsal=float(act.phase is Phase.DS) if self.keys else math.nan,
-            csal=float(act.phase is Phase.CS) if self.keys else math.nan,
-            hdip=float(act.phase is Phase.HD) if self.keys else math.nan,
+            head, rotation = place, look
+        given = (act.phase is Phase.DS, act.phase is Phase.CS, act.phase is Phase.HD)
+        dsal, csal, hdip = map(float, given) if self.keys else (math.nan,) * 3
+        return PersonFrame(
+            self.t, head, rotation, None, None, joints, act.smile, dsal, csal, hdip, robot
         )
-        return in_world.seen_from(robot)
 
     def step(self, robot: Pose2D = ORIGIN) -> None:
         """Go on to the next station: walk, end acts, one frame's time later."""
@@ -155,14 +148,14 @@ class SimulatedPerson:
         self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
-    def _moving(self, look: tuple[float, float], robot: Pose2D) -> Instant:
-        """The body now, in the world; it faces the robot."""
-        x, y = self.position
-        heading = math.atan2(robot.y - y, robot.x - x)
-        ahead = self._body.face[0]
+    def _moving(self, x: float, y: float, look: Quaternion) -> Instant:
+        """The body now, seen at a place by a robot that it faces [m]."""
+        heading, way = math.atan2(-y, -x), math.hypot(x, y)
+        # The pelvis is behind the face.
+        behind = 1 + self._body.face[0] / way if way > 0 else 1.0
         return move_now(
-            self._body, self.t, x - ahead * math.cos(heading), y - ahead * math.sin(heading),
-            heading, looking_along(*look), self._legs_speed, self._steps, self._movements,
+            self._body, self.t, behind * x, behind * y, heading, look, self._legs_speed,
+            self._steps, self._movements,
         )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
@@ -183,13 +176,13 @@ class SimulatedPerson:
     def _distance(self, robot: Pose2D) -> float:
         return math.hypot(self.position[0] - robot.x, self.position[1] - robot.y)
 
-    def _turning_look(self, act: int, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
+    def _turning_look(self, act: int, head: Vec3, face: Vec3) -> tuple[float, float]:
         """From the last act's look to this one's in the time heads take to turn."""
-        there = self._look(self._looking(act), head, robot, face)
+        there = _look(self._looking(act), head, face)
         since = (self.t - self._begun[act]) / _TURNING
         if act == 0 or since >= 1:
             return there
-        here = self._turning_look(act - 1, head, robot, face)
+        here = self._turning_look(act - 1, head, face)
         share = min_jerk(since)
         yaw = here[0] + share * wrap_angle(there[0] - here[0])
         return yaw, here[1] + share * (there[1] - here[1])
@@ -200,20 +193,25 @@ class SimulatedPerson:
             act -= 1
         return self.script.acts[act]
 
-    @staticmethod
-    def _look(act: Act, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
-        """Yaw and pitch so that the gaze ray meets the robot's frontal plane where it should.
 
-        A point s beside the face (or below it) has the gaze feature g if s = k |point - head|
-        with k = g tan 30 degrees (3.7-3.8), a quadratic equation in s.
-        """
-        # At k = 1 the ray runs along the plane and never meets it.
-        k = min(act.gaze * math.tan(CONE_ANGLE / 2), 0.999)
-        to_face = [there - here for there, here in zip(face, robot.to_local(head), strict=True)]
-        axis, side = (2, -1.0) if act.looks_down else (1, -1.0)
-        b = k * side * to_face[axis]
-        way = math.hypot(*to_face)
-        beside = k * (b + math.sqrt(b * b + (1 - k * k) * way * way)) / (1 - k * k)
-        to_face[axis] += side * beside
-        dx, dy, dz = to_face
-        return math.atan2(dy, dx) + robot.yaw, math.atan2(-dz, math.hypot(dx, dy))
+def _look(act: Act, head: Vec3, face: Vec3) -> tuple[float, float]:
+    """Yaw and pitch so that the gaze ray meets the robot's frontal plane where it should.
+
+    A point s beside the face (or below it) has the gaze feature g if s = k |point - head|
+    with k = g tan 30 degrees (3.7-3.8), a quadratic equation in s.
+
+    Args:
+        act: says how far beside the face, and whether to the side or below.
+        head: the person's face in the robot's base frame [m].
+        face: the robot's.
+    """
+    # At k = 1 the ray runs along the plane and never meets it.
+    k = min(act.gaze * RIM, 0.999)
+    dx, dy, dz = face[0] - head[0], face[1] - head[1], face[2] - head[2]
+    b = -k * (dz if act.looks_down else dy)
+    beside = k * (b + math.sqrt(b * b + (1 - k * k) * (dx * dx + dy * dy + dz * dz))) / (1 - k * k)
+    if act.looks_down:
+        dz -= beside
+    else:
+        dy -= beside
+    return math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))
