@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kendon.person import FloatArray
+from kendon.person import JOINTS, FloatArray
 from kendon.simulation.body import Body
 from kendon.simulation.limbs import (
     Curve,
@@ -28,6 +28,9 @@ from kendon.simulation.limbs import (
 )
 from kendon.simulation.movements import Movement
 from kendon.simulation.postures import Pose, play
+
+#: The joints of the left side and the right: shoulder, elbow, wrist and hip.
+_SIDES = (JOINTS[:4], JOINTS[4:])
 
 
 class Motion(NamedTuple):
@@ -142,18 +145,20 @@ def move_now(
     mid_x, mid_y, mid_z = x + torso * up_x, y + torso * up_y, z + torso * up_z
 
     joints = {}
-    for side, sign in (("l", 1.0), ("r", -1.0)):
+    for sign, arm, (shoulder, elbow, wrist, hip) in zip(
+        (1.0, -1.0), pose.arms.values(), _SIDES, strict=True
+    ):
         out_x, out_y = -sign * s, sign * c
         shoulder_x, shoulder_y = mid_x + half * out_x, mid_y + half * out_y
-        elbow, wrist = straighten(pose.arms[side], body.upper_arm, body.forearm)
-        joints[side + "_shoulder"] = (shoulder_x, shoulder_y, mid_z)
-        for name, (fore, out, up) in (("_elbow", elbow), ("_wrist", wrist)):
-            joints[side + name] = (
+        joints[shoulder] = (shoulder_x, shoulder_y, mid_z)
+        bent = straighten(arm, body.upper_arm, body.forearm)
+        for name, (fore, out, up) in zip((elbow, wrist), bent, strict=True):
+            joints[name] = (
                 shoulder_x + fore * ahead_x + out * out_x + up * up_x,
                 shoulder_y + fore * ahead_y + out * out_y + up * up_y,
                 mid_z - fore * tilted + up * up_z,
             )
-        joints[side + "_hip"] = (x + sign * hip_x, y + sign * hip_y, z)
+        joints[hip] = (x + sign * hip_x, y + sign * hip_y, z)
     rotation = pitched(look, pose.head)
     neck = body.neck
     face_x, face_y, face_z = turn(rotation, *body.face)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, ItemsView, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import RIM
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
-from kendon.person import PersonFrame
+from kendon.person import JOINTS, PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.limbs import min_jerk
@@ -89,21 +91,21 @@ class SimulatedPerson:
         """
         act = self.script.acts[self._act]
         x, y, z = robot.to_local((*self.position, self.script.height))
-        place = (x, y, z)
-        looks = _look(act, place, face) if self.keys else self._turning_look(self._act, place, face)
-        look = looking_along(*looks)
-        shown = self._moving(x, y, look)
-        joints, head, rotation = shown.joints, shown.head, shown.head_rotation
         if self.keys:
-            # The body hangs under a head that runs on rails.
-            dx, dy, dz = x - head[0], y - head[1], z - head[2]
-            joints = {name: (x + dx, y + dy, z + dz) for name, (x, y, z) in joints.items()}
-            head, rotation = place, look
-        given = (act.phase is Phase.DS, act.phase is Phase.CS, act.phase is Phase.HD)
-        dsal, csal, hdip = map(float, given) if self.keys else (math.nan,) * 3
+            # The head runs on rails, and the body hangs under it where somebody looks at it.
+            head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
+            body = _Body(self._moving((x, y), rotation), head)
+            dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
+            return PersonFrame(
+                self.t, head, rotation, joints=body, smile=act.smile, dsal=dsal, csal=csal,
+                hdip=hdip, robot=robot,
+            )  # fmt: skip
+        look = looking_along(*self._turning_look(self._act, (x, y, z), face))
+        shown = self._moving((x, y), look)()
         return PersonFrame(
-            self.t, head, rotation, None, None, joints, act.smile, dsal, csal, hdip, robot
-        )
+            self.t, shown.head, shown.head_rotation, joints=shown.joints, smile=act.smile,
+            robot=robot,
+        )  # fmt: skip
 
     def step(self, robot: Pose2D = ORIGIN) -> None:
         """Go on to the next station: walk, end acts, one frame's time later."""
@@ -148,14 +150,15 @@ class SimulatedPerson:
         self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
-    def _moving(self, x: float, y: float, look: Quaternion) -> Instant:
-        """The body now, seen at a place by a robot that it faces [m]."""
+    def _moving(self, place: tuple[float, float], look: Quaternion) -> Callable[[], Instant]:
+        """How the body is now, seen at a place by a robot that it faces [m]; to be worked out."""
+        x, y = place
         heading, way = math.atan2(-y, -x), math.hypot(x, y)
         # The pelvis is behind the face.
         behind = 1 + self._body.face[0] / way if way > 0 else 1.0
-        return move_now(
-            self._body, self.t, behind * x, behind * y, heading, look, self._legs_speed,
-            self._steps, self._movements,
+        return partial(
+            move_now, self._body, self.t, behind * x, behind * y, heading, look,
+            self._legs_speed, self._steps, tuple(self._movements),
         )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
@@ -192,6 +195,39 @@ class SimulatedPerson:
         while act > 0 and self.script.acts[act].plays == "dip":
             act -= 1
         return self.script.acts[act]
+
+
+class _Body(Mapping[str, Vec3]):
+    """The joints of a body under a given head, worked out when somebody looks at them.
+
+    With keys most frames' joints are looked at by nobody, and they cost more than all the rest.
+    """
+
+    __slots__ = ("_head", "_joints", "_moving")
+
+    def __init__(self, moving: Callable[[], Instant], head: Vec3) -> None:
+        self._moving, self._head = moving, head
+        self._joints: dict[str, Vec3] | None = None
+
+    def _worked_out(self) -> dict[str, Vec3]:
+        if self._joints is None:
+            shown = self._moving()
+            dx, dy, dz = (there - here for there, here in zip(self._head, shown.head, strict=True))
+            self._joints = {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
+        return self._joints
+
+    def __getitem__(self, name: str) -> Vec3:
+        return self._worked_out()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._worked_out())
+
+    def __len__(self) -> int:
+        return len(JOINTS)
+
+    def items(self) -> ItemsView[str, Vec3]:
+        """The joints by their names [m]."""
+        return self._worked_out().items()
 
 
 def _look(act: Act, head: Vec3, face: Vec3) -> tuple[float, float]:
