@@ -62,7 +62,7 @@ def clip(x: Curve, least: float, most: float = math.inf) -> Curve:
     """What is nearest to `x` from `least` to `most`."""
     if isinstance(x, float):
         return least if x < least else most if x > most else x
-    return np.clip(x, least, most)
+    return np.minimum(np.maximum(x, least), most)
 
 
 def min_jerk(x: Curve) -> Curve:
@@ -75,7 +75,7 @@ def min_jerk(x: Curve) -> Curve:
         if not 0.0 < x < 1.0:
             return 0.0 if x <= 0.0 else 1.0 if x >= 1.0 else x
     else:
-        x = np.clip(x, 0.0, 1.0)
+        x = np.minimum(np.maximum(x, 0.0), 1.0)
     return x * x * x * (10 + x * (6 * x - 15))
 
 
