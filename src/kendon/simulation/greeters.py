@@ -41,7 +41,7 @@ class Greeter:
     acceleration: float  # [m/s^2], setting off
     braking: float  # [m/s^2], coming to a stop
     stop: float  # [m] from the robot
-    sighting: float  # how long they stand before they set off
+    sighting: float  # how long they stand before they set off; still sighted until under way
     pause_at: float  # [m] from the robot; NaN = they walk through
     pause: float  # how long they hesitate there
     final: float  # [m] from the robot, where the final approach begins
@@ -61,8 +61,8 @@ class Greeter:
 def draw_greeter(rng: np.random.Generator) -> Greeter:
     """Draw the facts of one greeting."""
     # Rooms from 2.5 m on, of which the robot takes some, up to those of the thesis's videos (2 to
-    # 4 m); larger rooms; and Kendon's garden.
-    low, high = ((1.6, 4.0), (4.0, 7.0), (7.0, 12.0))[choose(rng, (0.35, 0.35, 0.3))]
+    # 4 m); larger rooms; and Kendon's garden. Most robots stand in rooms (ours).
+    low, high = ((1.6, 4.0), (4.0, 7.0), (7.0, 12.0))[choose(rng, (0.5, 0.27, 0.23))]
     start = float(rng.uniform(low, high))
     stop = _within(rng.normal(1.1, 0.2), 0.6, min(1.6, start - 0.4))
     speed = _within(rng.normal(1.2, 0.2), 0.7, 1.9)  # 3.4: medium to slow
@@ -149,7 +149,7 @@ def perform(
     closes = walk.arrival + g.closing
     t = np.arange(0.0, closes + g.close, 1 / RATE)
     way = walk.distance(t)
-    phases = _phases(g, t, way, closes)
+    phases = _phases(g, t, way, walk.under_way, closes)
     moving = _rate_of_change(way) < -0.2
     steps = 2 * math.pi * 1.8 * t + rng.uniform(0, 6)  # 1.8 steps a second, ours
     sway = np.where(moving, 1.0, 0.2)
@@ -190,9 +190,11 @@ def _salutations(g: Greeter, closes: float) -> list[Salutation]:
     return [s for s in all_three if math.isfinite(s.begin)]
 
 
-def _phases(g: Greeter, t: FloatArray, way: FloatArray, closes: float) -> IntArray:
+def _phases(
+    g: Greeter, t: FloatArray, way: FloatArray, under_way: float, closes: float
+) -> IntArray:
     phases = np.where(way < g.final, Phase.FA.value, Phase.APP.value)
-    phases[t < g.sighting] = Phase.IA
+    phases[t < under_way] = Phase.IA
     if g.wave_at == g.wave_at:
         phases[(t >= g.wave_at) & (t < g.wave_at + g.wave)] = Phase.DS
     if g.dip_after == g.dip_after:

@@ -42,6 +42,15 @@ class Walk:
         return ramps + (length - top * ramps / 2) / top
 
     @property
+    def under_way(self) -> float:
+        """When the person is seen to walk: at half the speed of the first leg.
+
+        Who labels phases sees no approach in the first centimetres.
+        """
+        begin, length = self._legs[0]
+        return begin + self._top(length) / 2 / self.acceleration
+
+    @property
     def arrival(self) -> float:
         """When the person stands before the robot."""
         begin, length = self._legs[-1]
