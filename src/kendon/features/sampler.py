@@ -137,6 +137,7 @@ class Sampler:
         self._frames, self._placed, self._newest = [], False, None
         self._walk.clear()
         self._detector.clear()
+        self._unread.clear()
 
     def _take_in(
         self,
