@@ -87,6 +87,7 @@ class GestureDetector:
             t, shoulder_of(right, left, head),
             known("r_elbow", UNKNOWN_POINT), right_wrist, head, left_wrist,
         )  # fmt: skip
+        self._head.add_height(t, head[2] - 0.5 * (left[2] + right[2]))
         hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
         self._trunk.add(t, head, left, right, hips)
 
@@ -96,8 +97,9 @@ class GestureDetector:
         lengths = [length for one, _ in arms if (length := one.length(since)) == length]
         if lengths:
             self._arm += (sum(lengths) / len(lengths) - self._arm) / SLOWNESS
+        aside = self._aside(end, since)
         hands = tuple(
-            one.evidence(end, since, self._arm, other, distance) if one.seen(since) else None
+            one.evidence(end, since, self._arm, other, distance, aside) if one.seen(since) else None
             for one, other in arms
         )
         flexion, bow = math.nan, None
@@ -108,6 +110,11 @@ class GestureDetector:
         if self._head.seen(since):
             dip, nod = self._head.evidence(end, since, flexion)
         return Evidence(hands, nod, dip, bow)
+
+    def _aside(self, end: float, since: float) -> float:
+        """How far from the robot the person is turned, head or chest [rad]; NaN when unknown."""
+        head, chest = self._head.aside(end, since), self._trunk.aside(end, since)
+        return chest if head != head or chest < head else head
 
     def gestures(self, end: float, since: float, distance: float) -> Gestures:
         """The gestures of an interval; to be asked once for each, in their order.

@@ -89,7 +89,8 @@ class WaveEvidence(NamedTuple):
     opened: float
     parted: float
     fresh: float
-    stirring: float
+    still: float
+    faces: float
 
 
 class HandshakeEvidence(NamedTuple):
@@ -104,13 +105,14 @@ class HandshakeEvidence(NamedTuple):
     steady: float
     parted: float
     fresh: float
+    faces: float
 
 
 # Waves.
 HEIGHT = Weighing(-0.25, 0.15, -3.0, 4.0)  # of the wrist over the shoulder [arms]
 LASTING = Weighing(-0.40, 0.10, -2.0, 2.5)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
-SWAY = Weighing(0.08, 0.04, -1.0, 3.0)  # to and fro of a hand that is up, standard dev. [arms]
+SWAY = Weighing(0.12, 0.06, -1.0, 3.0)  # to and fro of a hand that is up [arms]
 ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
 APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the robot [arms]
 OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
@@ -124,13 +126,13 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
-#: A hand that is held up and does not swing greets from afar, not in a talk: what speaks for a
-#: wave is less by so much where a still hand is that near.
-STILL = 4.0
+#: A hand that is held up and does not swing greets from afar, not in a talk.
+STILL = Weighing(1.5, 0.2, -4.0, 1.0)  # the person from the robot [m]
 
 # Both.
 PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
 FRESH = Weighing(1.8, -0.4, -4.0, 0.5)  # up, or out, without a pause for so long [s]
+FACES = Weighing(math.radians(45), math.radians(-15), -3.0, 1.0)  # turned from the robot [rad]
 
 #: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
 #: forearm's elevation, length of both bones together [m], wrist from the face, from the shoulder
@@ -140,14 +142,14 @@ _LENGTH = 4
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
-    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0
+    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 )
 
 
 def _no_handshake(near: float) -> HandshakeEvidence:
     """Of a hand that is not out."""
     return HandshakeEvidence(
-        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0
+        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0, 0.0
     )
 
 
@@ -213,7 +215,7 @@ class Arm:
         return whole if SHORTEST <= whole <= LONGEST else math.nan
 
     def evidence(
-        self, end: float, since: float, arm: float, other: Arm, distance: float
+        self, end: float, since: float, arm: float, other: Arm, distance: float, aside: float
     ) -> tuple[WaveEvidence, HandshakeEvidence]:
         """What this hand does in an interval in which it is seen; asked of intervals in order.
 
@@ -223,6 +225,7 @@ class Arm:
             arm: the arms' length [m].
             other: the other arm.
             distance: of the person from the robot; NaN when unknown [m].
+            aside: how far from the robot the person is turned; NaN when unknown [rad].
         """
         stamps = self._t
         first = bisect_left(stamps, min(end - LAST, since) - ROUNDED)
@@ -232,12 +235,13 @@ class Arm:
         up, toward, across, forearm, length, apart, opened, parted = columns
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
-        near = NEAR.evidence(distance)
+        near, faces = NEAR.evidence(distance), FACES.evidence(aside)
         up_there, out_there = max(up) > HANGS * arm, max(toward) > BEHIND * arm
         if not (up_there or out_there):
             return NO_WAVE, _no_handshake(near)
         noise = change(length) / arm
         noise_now = noise / math.sqrt(len(up) - now_at)
+        frayed = FRAYED * noise  # noise alone goes up and down, too
         parts = PARTED.evidence(quantile(parted[now_at:], 0.5) / arm, noise_now)
         wave, handshake = NO_WAVE, _no_handshake(near)
         if up_there:
@@ -251,9 +255,9 @@ class Arm:
                 _kept(up, LET_GO) / arm, noise_now
             )
             swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
-            sway = SWAY.evidence(spread(swaying) / arm, noise)
-            flaps = spread([a for a in up if a > RAISED * arm]) / arm
-            stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
+            sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
+            flaps = to_and_fro([a for a in up if a > RAISED * arm]) / arm - frayed
+            stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, frayed)))
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least
@@ -273,13 +277,13 @@ class Arm:
                 OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
                 _excused(parts, stirs),
                 _excused(FRESH.evidence(end - self._low), stirs),
-                -STILL * near_enough(distance) * (1.0 - stirs),
+                (1.0 - stirs) * STILL.evidence(distance),
+                faces,
             )
         if out_there:
             # A while of which only the end was seen tells as much less.
             share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
             shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
-            frayed = FRAYED * noise  # noise alone goes up and down, too
             shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
             held = share * HELD_REACH.evidence(_kept(toward[held_at:], DRAWN_BACK) / arm, noise_now)
             if held < 0.0 < shake:
@@ -297,6 +301,7 @@ class Arm:
                 share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
                 _excused(parts, embraces),
                 _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
+                faces,
             )
         return wave, handshake
 
