@@ -135,7 +135,8 @@ def _hug(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArra
 
 
 def _talk(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
-    wrist = _point_of(body, since, 0.16, 0.07, -0.13 + 0.05 * m.height)
+    outward = 0.03 * max(0.0, m.height - 1.0)  # hands that are high are apart
+    wrist = _point_of(body, since, 0.16, 0.07 + outward, -0.13 + 0.05 * m.height)
     # Two rates that never meet again: beats do not come like clockwork.
     late = m.aside + (0.7 if side == "l" else 0.0)
     turn = 2 * math.pi * m.rate * since
@@ -156,12 +157,16 @@ def _point(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatAr
 def _at(
     x: float, y: float, z: float, pole: tuple[float, float, float], height: float, aside: float
 ) -> Callable[[Body, Movement, str, FloatArray, FloatArray], _Held]:
-    """A posture that is simply held, varied by so much up and sideways."""
+    """A posture that is held, varied by so much up and sideways; the hand may stroke along."""
 
     def held(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
         # Nobody holds quite still.
         drift = 0.003 * np.sin(3.1 * since + m.aside)
         wrist = _point_of(body, since, x, y + aside * m.aside, z + height * m.height)
+        if m.rate > 0:
+            # Back over the head and down it, or along the cheek.
+            stroke = m.size / 2 * np.sin(2 * math.pi * m.rate * since)
+            wrist += np.array([[-0.5], [0.7], [-0.5]]) * stroke
         return wrist + drift * body.stature, pole
 
     return held

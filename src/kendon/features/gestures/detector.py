@@ -57,12 +57,13 @@ class GestureDetector:
         self._left, self._right = Arm(), Arm()
         self._head, self._trunk = Head(), Trunk()
         self._arm = ARM  # [m], the arms' length
+        self._begun = math.nan  # how surely close the wave began that goes on
 
     def clear(self) -> None:
         """The person has been lost: forget everything."""
         for part in (self._left, self._right, self._head, self._trunk):
             part.clear()
-        self._arm = ARM
+        self._arm, self._begun = ARM, math.nan
 
     def add(self, t: float, head: Vec3, rotation: Quaternion, joints: Mapping[str, Vec3]) -> None:
         """Take in what is seen at an instant, in the robot's base frame.
@@ -136,20 +137,33 @@ class GestureDetector:
         nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
         dip = posterior(found.dip, WEIGHTS.dip) if found.dip else math.nan
         bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
-        salutation = either(wave, bow, nod)
-        if wave != wave and not salutation > 0.5:
+        others = either(bow, nod)
+        if wave != wave and not others > 0.5:
             # Most salutations are made with the hands: a head that does nothing says little.
-            salutation = math.nan
+            others = math.nan
         close = near_enough(distance)
+        begun = self._begun_close(wave, close)
         return Gestures(
-            dsal=salutation * (1.0 - close),
-            csal=either(salutation * close, handshake),
+            dsal=either(wave * (1.0 - begun), others * (1.0 - close)),
+            csal=either(wave * begun, others * close, handshake),
             hdip=dip,
             wave=wave,
             handshake=handshake,
             nod=nod,
             bow=bow,
         )
+
+    def _begun_close(self, wave: float, close: float) -> float:
+        """How surely a wave is a close salutation: as surely as where it began.
+
+        Who walks up waving from afar goes on with the distance salutation.
+        """
+        if wave > 0.5:
+            self._begun = close if self._begun != self._begun else self._begun
+            return self._begun
+        if wave == wave:
+            self._begun = math.nan
+        return close
 
     def complete(
         self, given: Sequence[float], end: float, since: float, distance: float

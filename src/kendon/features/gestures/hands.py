@@ -109,12 +109,12 @@ class HandshakeEvidence(NamedTuple):
 
 
 # Waves.
-HEIGHT = Weighing(-0.25, 0.15, -3.0, 4.0)  # of the wrist over the shoulder [arms]
+HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.5)  # of the wrist over the shoulder [arms]
 LASTING = Weighing(-0.40, 0.10, -2.0, 2.5)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
 SWAY = Weighing(0.12, 0.06, -1.0, 3.0)  # to and fro of a hand that is up [arms]
 ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
-APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the robot [arms]
+APART = Weighing(0.38, 0.04, -4.0, 1.5)  # wrist from the face, as seen from the robot [arms]
 OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
 
 # Handshakes.
@@ -126,8 +126,10 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
+#: From this evidence of `APART` on a hand that goes to and fro does so on the head.
+AT_HEAD = -2.0
 #: A hand that is held up and does not swing greets from afar, not in a talk.
-STILL = Weighing(1.5, 0.2, -4.0, 1.0)  # the person from the robot [m]
+STILL = Weighing(1.5, 0.1, -8.0, 1.0)  # the person from the robot [m]
 
 # Both.
 PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
@@ -165,7 +167,8 @@ class Arm:
         """Forget everything."""
         self._t.clear()
         self._rows.clear()
-        self._low = self._back = math.inf  # [s], when the hand was last down, and last not out
+        self._first = -math.inf  # [s], from when on the hand has been seen
+        self._low = self._back = math.inf  # [s], when it was last down, and last not out
 
     def add(
         self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3, other: Vec3
@@ -256,8 +259,11 @@ class Arm:
             )
             swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
             sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
-            flaps = to_and_fro([a for a in up if a > RAISED * arm]) / arm - frayed
-            stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, frayed)))
+            at_head = APART.evidence(quantile(apart[held_at:], 0.5) / arm, noise_now)
+            if at_head < 0.0 < sway:
+                # Who smooths their hair does not wave.
+                sway *= max(0.0, 1.0 - at_head / AT_HEAD)
+            stirs = min(1.0, max(0.0, sway))
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least
@@ -273,10 +279,10 @@ class Arm:
                 UPRIGHT.evidence(upright, 2.0 * noise_now),
                 sway,
                 alone,
-                APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
+                at_head,
                 OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
                 _excused(parts, stirs),
-                _excused(FRESH.evidence(end - self._low), stirs),
+                _excused(self._fresh(self._low, end), stirs),
                 (1.0 - stirs) * STILL.evidence(distance),
                 faces,
             )
@@ -300,7 +306,7 @@ class Arm:
                 LEVEL.evidence(abs(up_now - CHEST), noise_now),
                 share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
                 _excused(parts, embraces),
-                _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
+                _excused(self._fresh(self._back, end), shake / SHAKE.most),
                 faces,
             )
         return wave, handshake
@@ -308,10 +314,22 @@ class Arm:
     def _watch(self, first: float, end: float, up: float, toward: float) -> None:
         """Keep in mind when the hand was last down and last not out; nothing before it is seen."""
         new = end - first < LAST / 2
+        if new:
+            self._first = first
         if up < RAISED or self._low > end or new:
             self._low = end if up < RAISED else first
         if toward < OUT or self._back > end or new:
             self._back = end if toward < OUT else first
+
+    def _fresh(self, rest: float, end: float) -> float:
+        """The evidence of a hand that last was at rest then; nobody knows how long before it was.
+
+        Args:
+            rest: when it was last down, or not out [s].
+            end: of the interval [s].
+        """
+        fresh = FRESH.evidence(end - rest)
+        return fresh if rest > self._first else min(0.0, fresh)
 
     def seen(self, since: float) -> bool:
         """Whether the hand has been seen from an instant on."""

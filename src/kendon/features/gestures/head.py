@@ -91,7 +91,7 @@ TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within hal
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
 SUNK = Weighing(0.028, 0.006, -4.0, 5.0)  # of the face over the shoulders, from the usual [m]
-SANK = Weighing(0.026, 0.006, -3.0, 4.0)  # the same in 0.3 s, at its fastest [m]
+SANK = Weighing(0.026, 0.006, -4.0, 5.0)  # the same in 0.3 s, at its fastest [m]
 TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
 NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
@@ -164,7 +164,9 @@ class Head:
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
         yaws = self._yaw.since(begin) or self._yaw.since(since)
         turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
-        steps, unsure_step = _steps(self._pitch, end, noise)
+        steps = _steps(self._pitch, end)
+        seen = len(self._pitch.since(end - BEAT - SMOOTH))
+        unsure_step = INEFFICIENCY * noise * math.sqrt(len(steps) / seen)
         onset = max(
             (b - a for a, b in zip(steps, steps[STEPS_DOWN:], strict=False)), default=math.nan
         )
@@ -200,12 +202,11 @@ class Head:
         if not self._over.seen(since):
             return math.nan, math.nan
         heights = self._over.since(min(end - NOW, since))
+        jitter = self._over.jitter(end - 1.0)
+        noise = jitter if jitter == jitter else PRIOR_UNREST
+        noise *= INEFFICIENCY / math.sqrt(len(heights))
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        # Joints may be misplaced for longer than a while: no mean takes that away.
-        noise = self._over.wander(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        if noise != noise:
-            noise = PRIOR_UNREST
-        steps, _ = _steps(self._over, end, noise)
+        steps = _steps(self._over, end)
         sank = max(
             (a - b for a, b in zip(steps, steps[STEPS_SINKING:], strict=False)), default=math.nan
         )
@@ -215,10 +216,10 @@ class Head:
         )
 
 
-def _steps(series: Series, end: float, noise: float) -> tuple[list[float], float]:
-    """Values of the last beat, step by step of `SMOOTH`, and their standard error."""
+def _steps(series: Series, end: float) -> list[float]:
+    """Medians of the last beat, step by step of `SMOOTH`; none where too few are known."""
     first, values = series.first(end - BEAT - SMOOTH), series.values
-    steps, count = [], len(values) - first
+    steps = []
     for k in range(round(BEAT / SMOOTH), -1, -1):
         last = series.first(end - k * SMOOTH) if k else len(values)
         if last > first:
@@ -226,9 +227,7 @@ def _steps(series: Series, end: float, noise: float) -> tuple[list[float], float
             middle = (last - first) // 2
             steps.append(0.5 * (step[middle] + step[-1 - middle]))
         first = last
-    if len(steps) < LEAST_STEPS:
-        return [], 0.0
-    return steps, INEFFICIENCY * noise * math.sqrt(len(steps) / count)
+    return steps if len(steps) >= LEAST_STEPS else []
 
 
 def _beat(steps: Sequence[float]) -> tuple[float, float]:

@@ -69,18 +69,6 @@ class Series:
         values = self.between(begin, end)
         return quantile(values[:: 1 + len(values) // ENOUGH], 0.5)
 
-    def wander(self, begin: float, end: float, least: float) -> float:
-        """How far values went from the usual: half of what two thirds of them lie within.
-
-        The arguments and what is unknown are those of `usual`.
-        """
-        if not self.t or end - self.t[0] < least:
-            return math.nan
-        values = self.between(begin, end)
-        ordered = sorted(values[:: 1 + len(values) // ENOUGH])
-        sixth = len(ordered) // 6
-        return 0.5 * (ordered[-1 - sixth] - ordered[sixth]) if ordered else math.nan
-
     def range(self, begin: float) -> float:
         """What most of the values from an instant on lie within: from tenth to tenth."""
         values = self.since(begin)
