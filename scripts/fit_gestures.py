@@ -43,7 +43,7 @@ STIR = 0.5
 #: Nor is so long after a movement, while it is still in the evidence [s].
 AFTER = 0.1
 #: How strongly a weight is drawn to `USUAL`, as the evidence is written for a weight below 1.
-PULL, USUAL = 0.003, 0.6
+PULL, USUAL = 0.005, 0.6
 
 
 def blur(track: Track, rng: np.random.Generator) -> Track:

@@ -31,7 +31,7 @@ _NEAR = {"talk": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "raise": 0.1}
 #: Who closes in stands so far away, and who embraces [m].
 _CLOSE, _EMBRACE = (0.7, 1.4), (0.35, 0.7)
 #: So many swing their arms like joggers.
-_BRISK = 0.2
+_BRISK = 0.35
 _ROBOT_FACE = (0.0, 0.0, 1.2)
 #: Heads turn by so much from the body's heading before the body turns, too [rad].
 _MOST_TURNED = math.radians(75)
