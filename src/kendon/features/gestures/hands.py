@@ -126,7 +126,7 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
-#: From this evidence of `APART` on a hand that goes to and fro does so on the head.
+#: From this evidence of `APART` on a hand is on the head.
 AT_HEAD = -2.0
 #: A hand that is held up and does not swing greets from afar, not in a talk.
 STILL = Weighing(1.5, 0.1, -8.0, 1.0)  # the person from the robot [m]
@@ -260,9 +260,9 @@ class Arm:
             swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
             sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
             at_head = APART.evidence(quantile(apart[held_at:], 0.5) / arm, noise_now)
-            if at_head < 0.0 < sway:
-                # Who smooths their hair does not wave.
-                sway *= max(0.0, 1.0 - at_head / AT_HEAD)
+            # A hand on the head is high, and goes to and fro, for other reasons.
+            free = min(1.0, max(0.0, 1.0 - at_head / AT_HEAD)) if at_head == at_head else 1.0
+            sway = _freed(sway, free)
             stirs = min(1.0, max(0.0, sway))
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
@@ -274,9 +274,9 @@ class Arm:
                 # A hand that lasts is no arm swing, however high the other one swings.
                 alone *= 1.0 - lasts / LASTING.most
             wave = WaveEvidence(
-                HEIGHT.evidence(height, noise_now),
+                _freed(HEIGHT.evidence(height, noise_now), free),
                 lasts,
-                UPRIGHT.evidence(upright, 2.0 * noise_now),
+                _freed(UPRIGHT.evidence(upright, 2.0 * noise_now), free),
                 sway,
                 alone,
                 at_head,
@@ -370,6 +370,11 @@ def _kept(values: Sequence[float], share: float) -> float:
 def _excused(against: float, share: float) -> float:
     """What speaks against a gesture counts less by a share, at most 1."""
     return against * min(1.0, 1.0 - share) if against < 0.0 < share else against
+
+
+def _freed(favour: float, share: float) -> float:
+    """What speaks for a gesture counts by a share, as far as nothing else explains it."""
+    return favour * share if favour > 0.0 else favour
 
 
 def near_enough(distance: float) -> float:
