@@ -42,9 +42,10 @@ NOW = 0.25
 #: A hand is held where it has been for so long, about as long as an arm swing is up [s]. The
 #: turning points of a wave are nearer to each other.
 HOLD = 0.5
-#: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
-#: is looked for over as long: one period of a slow wave [s].
+#: A hand that lasts there stays longer than any arm swing, most of a stride [s].
 LAST = 0.8
+#: A swing to and fro is looked for over so long: one period of a slow wave [s].
+SWINGS = 1.2
 #: All but this share of the while a hand must have been up, and all but that one out, to be held
 #: there: waves turn, handshakes do not.
 LET_GO, DRAWN_BACK = 0.25, 0.15
@@ -85,7 +86,6 @@ class WaveEvidence(NamedTuple):
     upright: float
     sway: float
     alone: float
-    apart: float
     opened: float
     parted: float
     fresh: float
@@ -140,11 +140,11 @@ FACES = Weighing(math.radians(45), math.radians(-15), -3.0, 1.0)  # turned from 
 #: forearm's elevation, length of both bones together [m], wrist from the face, from the shoulder
 #: and from the other wrist [m].
 _Row = tuple[float, float, float, float, float, float, float, float]
-_LENGTH = 4
+_UP, _ACROSS, _LENGTH = 0, 2, 4
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
-    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0
 )
 
 
@@ -235,7 +235,7 @@ class Arm:
         held_at = bisect_left(stamps, end - HOLD - ROUNDED, first) - first
         now_at = bisect_left(stamps, min(end - NOW, since) - ROUNDED, first) - first
         columns = tuple(zip(*self._rows[first:], strict=True))
-        up, toward, across, forearm, length, apart, opened, parted = columns
+        up, toward, _, forearm, length, apart, opened, parted = columns
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
         near, faces = NEAR.evidence(distance), FACES.evidence(aside)
@@ -254,12 +254,15 @@ class Arm:
             if turning:
                 height += turning * max(0.0, _kept(up[held_at:], 1.0 - LET_GO) / arm - height)
                 upright += turning * max(0.0, _kept(forearm[held_at:], 1.0 - LET_GO) - upright)
-            lasts = self._coverage(first, end, LAST) * LASTING.evidence(
-                _kept(up, LET_GO) / arm, noise_now
-            )
-            swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
+            # Who has just come into view has not been seen to hold anything.
+            share = self._coverage(first, end, LAST)
+            lasts = share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
+            lasts += (1.0 - share) * LASTING.least
+            rows = self._rows[bisect_left(stamps, end - SWINGS - ROUNDED) :]
+            swaying = [row[_ACROSS] for row in rows if row[_UP] > TURNS * arm]
             sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
-            at_head = APART.evidence(quantile(apart[held_at:], 0.5) / arm, noise_now)
+            # A wave takes the hand to the face and away again.
+            at_head = APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now)
             # A hand on the head is high, and goes to and fro, for other reasons.
             free = min(1.0, max(0.0, 1.0 - at_head / AT_HEAD)) if at_head == at_head else 1.0
             sway = _freed(sway, free)
@@ -279,7 +282,6 @@ class Arm:
                 _freed(UPRIGHT.evidence(upright, 2.0 * noise_now), free),
                 sway,
                 alone,
-                at_head,
                 OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
                 _excused(parts, stirs),
                 _excused(self._fresh(self._low, end), stirs),
@@ -287,11 +289,11 @@ class Arm:
                 faces,
             )
         if out_there:
-            # A while of which only the end was seen tells as much less.
             share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
             shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
             shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
             held = share * HELD_REACH.evidence(_kept(toward[held_at:], DRAWN_BACK) / arm, noise_now)
+            held += (1.0 - share) * HELD_REACH.least
             if held < 0.0 < shake:
                 # Nor is a hand shaken that swings out and back.
                 shake *= 1.0 - held / HELD_REACH.least
