@@ -146,7 +146,7 @@ class GestureDetector:
         return Gestures(
             dsal=either(wave * (1.0 - begun), others * (1.0 - close)),
             csal=either(wave * begun, others * close, handshake),
-            hdip=dip,
+            hdip=dip * (1.0 - bow) if bow == bow else dip,  # who bows takes the head along
             wave=wave,
             handshake=handshake,
             nod=nod,

@@ -27,7 +27,7 @@ from operator import sub
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing, logistic
-from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro
+from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro, turns
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 #: The arm from shoulder to wrist, of a person 1.7 m tall: 0.332 of the stature (Winter 2009) [m].
@@ -44,8 +44,8 @@ NOW = 0.25
 HOLD = 0.5
 #: A hand that lasts there stays longer than any arm swing, most of a stride [s].
 LAST = 0.8
-#: A swing to and fro is looked for over so long: one period of a slow wave [s].
-SWINGS = 1.2
+#: Swings to and fro are looked for over so long: three strokes of a slow wave [s].
+SWINGS = 1.5
 #: All but this share of the while a hand must have been up, and all but that one out, to be held
 #: there: waves turn, handshakes do not.
 LET_GO, DRAWN_BACK = 0.25, 0.15
@@ -140,7 +140,7 @@ FACES = Weighing(math.radians(45), math.radians(-15), -3.0, 1.0)  # turned from 
 #: forearm's elevation, length of both bones together [m], wrist from the face, from the shoulder
 #: and from the other wrist [m].
 _Row = tuple[float, float, float, float, float, float, float, float]
-_UP, _ACROSS, _LENGTH = 0, 2, 4
+_UP, _ACROSS, _LENGTH, _APART = 0, 2, 4, 5
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
@@ -235,7 +235,7 @@ class Arm:
         held_at = bisect_left(stamps, end - HOLD - ROUNDED, first) - first
         now_at = bisect_left(stamps, min(end - NOW, since) - ROUNDED, first) - first
         columns = tuple(zip(*self._rows[first:], strict=True))
-        up, toward, _, forearm, length, apart, opened, parted = columns
+        up, toward, _, forearm, length, _, opened, parted = columns
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
         near, faces = NEAR.evidence(distance), FACES.evidence(aside)
@@ -259,14 +259,19 @@ class Arm:
             lasts = share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
             lasts += (1.0 - share) * LASTING.least
             rows = self._rows[bisect_left(stamps, end - SWINGS - ROUNDED) :]
-            swaying = [row[_ACROSS] for row in rows if row[_UP] > TURNS * arm]
+            rows = [row for row in rows if row[_UP] > TURNS * arm]
+            swaying = [row[_ACROSS] for row in rows]
             sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
             # A wave takes the hand to the face and away again.
-            at_head = APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now)
+            at_head = APART.evidence(
+                quantile([row[_APART] for row in rows], 1.0 - LET_GO) / arm, noise_now
+            )
             # A hand on the head is high, and goes to and fro, for other reasons.
             free = min(1.0, max(0.0, 1.0 - at_head / AT_HEAD)) if at_head == at_head else 1.0
             sway = _freed(sway, free)
-            stirs = min(1.0, max(0.0, sway))
+            # A hand that goes to the head and stays, or comes from it, turns once.
+            swings = turns(swaying, (SWAY.even + frayed) * arm) > 1
+            stirs = min(1.0, max(0.0, sway)) if swings else 0.0
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least
