@@ -23,6 +23,8 @@ from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 
 #: How long a new estimate of the arm's length takes to count [intervals].
 SLOWNESS = 5.0
+#: From this probability on a wave may have begun; two to four times what it usually is.
+BEGUN = 0.2
 
 
 #: The probability that a hand waves that hangs.
@@ -88,7 +90,7 @@ class GestureDetector:
             t, shoulder_of(right, left, head),
             known("r_elbow", UNKNOWN_POINT), right_wrist, head, left_wrist,
         )  # fmt: skip
-        self._head.add_height(t, head[2] - 0.5 * (left[2] + right[2]))
+        self._head.add_shoulders(t, head, left, right)
         hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
         self._trunk.add(t, head, left, right, hips)
 
@@ -158,7 +160,7 @@ class GestureDetector:
 
         Who walks up waving from afar goes on with the distance salutation.
         """
-        if wave > 0.5:
+        if wave > BEGUN:
             self._begun = close if self._begun != self._begun else self._begun
             return self._begun
         if wave == wave:

@@ -114,7 +114,7 @@ LASTING = Weighing(-0.40, 0.10, -2.0, 2.5)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
 SWAY = Weighing(0.12, 0.06, -1.0, 3.0)  # to and fro of a hand that is up [arms]
 ALONE = Weighing(0.20, 0.08, -4.0, 1.0)  # height over the other hand's highest [arms]
-APART = Weighing(0.38, 0.04, -4.0, 1.5)  # wrist from the face, as seen from the robot [arms]
+AT_HEAD = Weighing(0.38, -0.08, 0.0, 1.0)  # wrist from the face, as seen from the robot [arms]
 OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
 
 # Handshakes.
@@ -126,10 +126,8 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
-#: From this evidence of `APART` on a hand is on the head.
-AT_HEAD = -2.0
 #: A hand that is held up and does not swing greets from afar, not in a talk.
-STILL = Weighing(1.5, 0.1, -8.0, 1.0)  # the person from the robot [m]
+STILL = Weighing(1.4, 0.05, -8.0, 1.0)  # the person from the robot [m]
 
 # Both.
 PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
@@ -235,7 +233,7 @@ class Arm:
         held_at = bisect_left(stamps, end - HOLD - ROUNDED, first) - first
         now_at = bisect_left(stamps, min(end - NOW, since) - ROUNDED, first) - first
         columns = tuple(zip(*self._rows[first:], strict=True))
-        up, toward, _, forearm, length, _, opened, parted = columns
+        up, toward, _, forearm, length, apart, opened, parted = columns
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
         near, faces = NEAR.evidence(distance), FACES.evidence(aside)
@@ -262,12 +260,12 @@ class Arm:
             rows = [row for row in rows if row[_UP] > TURNS * arm]
             swaying = [row[_ACROSS] for row in rows]
             sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
-            # A wave takes the hand to the face and away again.
-            at_head = APART.evidence(
-                quantile([row[_APART] for row in rows], 1.0 - LET_GO) / arm, noise_now
-            )
-            # A hand on the head is high, and goes to and fro, for other reasons.
-            free = min(1.0, max(0.0, 1.0 - at_head / AT_HEAD)) if at_head == at_head else 1.0
+            # A wave takes the hand to the face and away again. A hand on the head is high, and
+            # goes to and fro, for other reasons; so may be one that has just come into view.
+            while_up = quantile([row[_APART] for row in rows], 1.0 - LET_GO)
+            at_head = min(quantile(apart, 1.0 - LET_GO), while_up) / arm
+            on_head = max(0.0, AT_HEAD.evidence(at_head, noise_now))  # 0 when unknown
+            free = (1.0 - on_head) * min(1.0, 0.5 + share)
             sway = _freed(sway, free)
             # A hand that goes to the head and stays, or comes from it, turns once.
             swings = turns(swaying, (SWAY.even + frayed) * arm) > 1

@@ -34,6 +34,8 @@ HELD_FROM, HELD_UNTIL = 2.4, 0.4
 HELD_LEAST = 0.8
 #: How uncertain it is otherwise how somebody holds the head [rad].
 UNSURE = math.radians(12)
+#: How unsure shoulders are is told by so long [s].
+UNREST = 2.0
 #: Whom somebody faces is told by the median of so long [s].
 FACING = 0.4
 #: A toss or a nod is over in so long [s].
@@ -90,8 +92,8 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
-SUNK = Weighing(0.028, 0.006, -4.0, 8.0)  # of the face over the shoulders, from the usual [m]
-SANK = Weighing(0.026, 0.006, -4.0, 8.0)  # the same in 0.3 s, at its fastest [m]
+SUNK = Weighing(0.028, 0.006, -4.0, 6.0)  # of the face over the shoulders, from the usual [m]
+SANK = Weighing(0.026, 0.006, -4.0, 6.0)  # the same in 0.3 s, at its fastest [m]
 TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
 NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
@@ -104,10 +106,11 @@ class Head:
         self._pitch = Series()  # [rad], down is positive
         self._yaw = Series()  # [rad], from the way to the robot
         self._over = Series()  # [m], the face's height over the shoulders
+        self._breadth = Series()  # [m], from shoulder to shoulder
 
     def clear(self) -> None:
         """Forget everything."""
-        for series in (self._pitch, self._yaw, self._over):
+        for series in (self._pitch, self._yaw, self._over, self._breadth):
             series.clear()
 
     def add(self, t: float, head: Vec3, rotation: Quaternion) -> None:
@@ -121,9 +124,11 @@ class Head:
         facing = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
         self._yaw.add(t, wrap_angle(facing - math.atan2(-head[1], -head[0])))
 
-    def add_height(self, t: float, over: float) -> None:
-        """Take in how high the face is over the shoulders at an instant [m]; NaN when unknown."""
-        self._over.add(t, over)
+    def add_shoulders(self, t: float, head: Vec3, left: Vec3, right: Vec3) -> None:
+        """Take in the face and the shoulders at an instant [m]; NaN when unknown."""
+        x, y, z = left[0] - right[0], left[1] - right[1], left[2] - right[2]
+        self._over.add(t, head[2] - 0.5 * (left[2] + right[2]))
+        self._breadth.add(t, math.sqrt(x * x + y * y + z * z))
 
     def seen(self, since: float) -> bool:
         """Whether the head has been seen from an instant on."""
@@ -149,7 +154,7 @@ class Head:
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            return DipEvidence(*[math.nan] * (len(DipEvidence._fields) - len(sunk)), *sunk), None
+            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
         jitter = self._pitch.jitter(end - 1.0)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
@@ -204,7 +209,11 @@ class Head:
         heights = self._over.since(min(end - NOW, since))
         jitter = self._over.jitter(end - 1.0)
         noise = jitter if jitter == jitter else PRIOR_UNREST
-        noise *= INEFFICIENCY / math.sqrt(len(heights))
+        # What changes in the breadth of the shoulders is the noise of two joints, which no mean
+        # takes away where it lasts; half as much is that of the middle between them.
+        noise = max(
+            noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
+        )
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
         steps = _steps(self._over, end)
         sank = max(
@@ -212,7 +221,7 @@ class Head:
         )
         return (
             SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
-            SANK.evidence(sank - along - noise, noise),
+            SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise),
         )
 
 
