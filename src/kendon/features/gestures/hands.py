@@ -126,6 +126,8 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
+#: Near by, so much of the height of a hand that does not swing is a matter of talk.
+TALKS = 0.5
 #: A hand that is held up and does not swing greets from afar, not in a talk.
 STILL = Weighing(1.4, 0.05, -8.0, 1.0)  # the person from the robot [m]
 
@@ -270,6 +272,7 @@ class Arm:
             # A hand that goes to the head and stays, or comes from it, turns once.
             swings = turns(swaying, (SWAY.even + frayed) * arm) > 1
             stirs = min(1.0, max(0.0, sway)) if swings else 0.0
+            free *= 1.0 - TALKS * near_enough(distance) * (1.0 - stirs)
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least

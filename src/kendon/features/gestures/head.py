@@ -92,8 +92,9 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
-SUNK = Weighing(0.028, 0.006, -4.0, 6.0)  # of the face over the shoulders, from the usual [m]
-SANK = Weighing(0.026, 0.006, -4.0, 6.0)  # the same in 0.3 s, at its fastest [m]
+# Where the head is told by the middle of the skull it hardly sinks, however it bends.
+SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
+SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
 TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
 NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
