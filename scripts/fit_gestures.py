@@ -30,13 +30,21 @@ MADE_OF = {
     "handshake": ("handshake", "hug"),
     "nod": ("nod", "toss"),
     "dip": ("dip",),
+    "dip_of_pitch": ("dip",),
     "bow": ("bow",),
 }
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
 #: in two of three, a handshake 1.7 s in three of four, nods or tosses 0.6 s in one of three, a
 #: dip 0.6 s in every second (thesis 2.1.3), a bow 1.4 s in one of ten. A hand's share is half.
-PRIORS = {"wave": 0.055, "handshake": 0.08, "nod": 0.025, "dip": 0.04, "bow": 0.02}
+PRIORS = {
+    "wave": 0.055,
+    "handshake": 0.08,
+    "nod": 0.025,
+    "dip": 0.04,
+    "dip_of_pitch": 0.04,
+    "bow": 0.02,
+}
 #: The first and the last stir of a movement, this share of its rise and fall, is neither the
 #: gesture nor something else: nothing is to be seen of it yet.
 STIR = 0.5
@@ -86,6 +94,8 @@ def examples(
                 evidence = getattr(found, name)
                 if evidence:
                     add(name, evidence, list(person.movements), t)
+            if found.dip and found.dip.of_pitch[0] == found.dip.of_pitch[0]:
+                add("dip_of_pitch", found.dip.of_pitch, list(person.movements), t)
     return {
         name: (
             np.nan_to_num(np.array([row[0] for row in of])),

@@ -418,25 +418,16 @@ def test_most_drawn_waves_are_read_and_telephones_are_not() -> None:
 
 
 def test_a_dip_is_read_from_how_the_face_sinks_where_it_cannot_be_told_where_it_points() -> None:
-    most = {"dip": [], "wave": []}
+    most: dict[str, list[float]] = {"dip": [], "wave": []}
     for kind, seed in itertools.product(most, range(20)):
         person = perform_movement(kind, np.random.default_rng(seed), 30.0)
         if kind == "wave" and person.truth[:, GESTURES.index("hdip")].any():
             continue
         blind = np.full_like(person.track.head_rotation, np.nan)
         found = detected(replace(person.track, head_rotation=blind))["hdip"]
-        most[kind].append(np.nanmax(found))
-    # Half of what a dip is in general, 0.04, or ten times as much.
+        most[kind].append(float(np.nanmax(found)))
     assert np.median(most["dip"]) > 0.3
     assert np.median(most["wave"]) < 0.1
-
-
-def test_a_hand_that_smooths_the_hair_does_not_wave() -> None:
-    hits = []
-    for seed in range(30):
-        person = perform_movement("hair", np.random.default_rng(seed), 30.0)
-        hits.append(bool((detected(person.track)["wave"] > 0.5).any()))
-    assert np.mean(hits) < 0.2
 
 
 def test_a_wave_that_begins_afar_stays_a_distance_salutation_on_the_way() -> None:

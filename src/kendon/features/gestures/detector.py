@@ -52,6 +52,16 @@ class Evidence(NamedTuple):
     bow: BowEvidence | None
 
 
+def _dipped(evidence: DipEvidence) -> float:
+    """The probability of a dip.
+
+    A head that is told by the middle of the skull hardly sinks: there the pitch decides alone.
+    """
+    dip = posterior(evidence, WEIGHTS.dip)
+    of_pitch = posterior(evidence.of_pitch, WEIGHTS.dip_of_pitch)
+    return max(dip, of_pitch)  # the first where the second is unknown
+
+
 class GestureDetector:
     """Reads gestures from frames as they come, and tells them for an interval."""
 
@@ -137,7 +147,7 @@ class GestureDetector:
         )
         handshake = either(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
         nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
-        dip = posterior(found.dip, WEIGHTS.dip) if found.dip else math.nan
+        dip = _dipped(found.dip) if found.dip else math.nan
         bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
         others = either(bow, nod)
         if wave != wave and not others > 0.5:

@@ -27,7 +27,7 @@ from operator import sub
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing, logistic
-from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro, turns
+from kendon.features.gestures.series import ROUNDED, change, quantile, spread, to_and_fro
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 #: The arm from shoulder to wrist, of a person 1.7 m tall: 0.332 of the stature (Winter 2009) [m].
@@ -126,10 +126,8 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
-#: Near by, so much of the height of a hand that does not swing is a matter of talk.
-TALKS = 0.5
 #: A hand that is held up and does not swing greets from afar, not in a talk.
-STILL = Weighing(1.4, 0.05, -8.0, 1.0)  # the person from the robot [m]
+STILL = Weighing(1.5, 0.1, -5.0, 1.0)  # the person from the robot [m]
 
 # Both.
 PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
@@ -269,10 +267,7 @@ class Arm:
             on_head = max(0.0, AT_HEAD.evidence(at_head, noise_now))  # 0 when unknown
             free = (1.0 - on_head) * min(1.0, 0.5 + share)
             sway = _freed(sway, free)
-            # A hand that goes to the head and stays, or comes from it, turns once.
-            swings = turns(swaying, (SWAY.even + frayed) * arm) > 1
-            stirs = min(1.0, max(0.0, sway)) if swings else 0.0
-            free *= 1.0 - TALKS * near_enough(distance) * (1.0 - stirs)
+            stirs = min(1.0, max(0.0, sway))
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least

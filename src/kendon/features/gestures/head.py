@@ -78,6 +78,11 @@ class DipEvidence(NamedTuple):
     sunk: float
     sank: float
 
+    @property
+    def of_pitch(self) -> tuple[float, ...]:
+        """What of it is told by where the face points, not by where it is."""
+        return self[:-2]
+
 
 class NodEvidence(NamedTuple):
     """What speaks for a nod or a toss."""

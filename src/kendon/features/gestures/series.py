@@ -146,28 +146,6 @@ def to_and_fro(values: Sequence[float]) -> float:
     return min(rise, fall)
 
 
-def turns(values: Sequence[float], least: float) -> int:
-    """How often values turn back after going one way, by at least so much each way.
-
-    >>> turns([0.0, 3.0, 1.0, 2.5, 2.0], 1.0)
-    2
-    """
-    count = way = 0
-    low = high = values[0] if values else math.nan
-    for value in values:
-        if value < low:
-            low = value
-        elif value > high:
-            high = value
-        if way <= 0 and value - low >= least:
-            count -= way
-            way, high = 1, value
-        elif way >= 0 and high - value >= least:
-            count += way
-            way, low = -1, value
-    return count
-
-
 def change(values: Sequence[float]) -> float:
     """The noise of something that stays the same, from one value to the next; 0 when unknown."""
     steps = [abs(b - a) for a, b in pairwise(values)]

@@ -15,13 +15,15 @@ class Weights(NamedTuple):
     handshake: tuple[float, ...]  # of one hand
     nod: tuple[float, ...]
     dip: tuple[float, ...]
+    dip_of_pitch: tuple[float, ...]  # from where the face points alone
     bow: tuple[float, ...]
 
 
 WEIGHTS = Weights(
-    wave=(-3.96, 0.7, 0.2, 0.7, 0.56, 0.74, 0.76, 0.76, 0.57, 0.18, 0.42),
+    wave=(-4.06, 0.7, 0.19, 0.69, 0.57, 0.75, 0.76, 0.76, 0.57, 0.3, 0.42),
     handshake=(-2.8, 1.01, 0.41, 1.17, 0.37, 0.66, 0.34, 0.07, 0.75, 0.33, 0.62),
     nod=(-3.29, 0.31, 0.34, 0.24),
     dip=(-3.93, 0.16, 0.26, 0.64, 0.31, 0.44, 0.22, 0.45),
+    dip_of_pitch=(-3.54, 0.32, 0.4, 0.6, 0.58, 0.71),
     bow=(-3.39, 1.05, 0.67),
 )
