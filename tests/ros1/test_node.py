@@ -15,7 +15,7 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 import pytest
-from ros1.ros1_world import Master, require_ros1, wait_for
+from ros1.ros1_world import Master, require_ros1, tells, wait_for
 
 from kendon.greeter import Encounter, Greeter
 from kendon.phases import Phase
@@ -47,7 +47,7 @@ class Ends:
 
     def connected(self) -> bool:
         return self.faces.get_num_connections() > 0 and all(
-            end.get_num_connections() > 0 for end in self.ends
+            tells("/kendon", end.resolved_name) for end in self.ends
         )
 
     def close(self) -> None:
@@ -115,7 +115,7 @@ def test_the_robot_is_stopped_when_the_node_ends(master: Master, ends: Ends) -> 
         listening = rospy.Subscriber("/move_base/cancel", identity, cancelled.append)
         with node(master) as process:
             wait_for(ends.connected, "the node", 60)
-            wait_for(lambda: listening.get_num_connections() > 0, "the robot's client")
+            wait_for(lambda: tells("/kendon", "/move_base/cancel"), "the robot's client")
             person = SimulatedPerson(script("normal"))
             start = rospy.get_time()
             for _ in range(60):
@@ -127,6 +127,36 @@ def test_the_robot_is_stopped_when_the_node_ends(master: Master, ends: Ends) -> 
             assert process.wait(20) == 0
         wait_for(lambda: any(not c.id for c in cancelled), "the cancellation of all goals")
         listening.unregister()
+
+
+TELLER = """
+from kendon.ros.ros1.connection import flush, start_node
+from kendon.ros.ros1.environment import ros_module
+import sys, time
+start_node("teller")
+rospy, standard = ros_module("rospy"), ros_module("std_msgs.msg")
+topic = rospy.Publisher("/numbers", standard.Int16, queue_size=0)
+while topic.get_num_connections() == 0:
+    time.sleep(0.01)
+for number in range(3000):
+    topic.publish(number)
+print(flush(float(sys.argv[1])))
+rospy.signal_shutdown("all is told")
+"""
+
+
+def test_what_is_flushed_arrives_though_the_node_ends_at_once(master: Master) -> None:
+    heard: list[int] = []
+    rospy = ros_module("rospy")
+    listening = rospy.Subscriber(
+        "/numbers", ros_module("std_msgs.msg").Int16, lambda m: heard.append(m.data)
+    )
+    with master.running("-c", TELLER, "60") as process:
+        assert process.stdout is not None
+        assert process.stdout.read() == "[]\n"
+        wait_for(lambda: len(heard) == 3000, "all numbers")
+    listening.unregister()
+    assert heard == list(range(3000))
 
 
 def test_mistakes_are_one_sentence(master: Master) -> None:

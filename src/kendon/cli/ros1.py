@@ -82,16 +82,24 @@ def ros1_command(
         note(f"Nobody answers yet for {', '.join(missing)}; their commands fail until then.")
     if not place.known:
         note("Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still.")
+
+    def end(number: int, frame: FrameType | None) -> None:
+        """Let the robot stop first; a second signal ends at once."""
+        del frame
+        signal.signal(number, signal.default_int_handler)
+        node.stop()
+
     for number in (signal.SIGINT, signal.SIGTERM):  # roslaunch sends both
-        signal.signal(number, _interrupt)
+        signal.signal(number, end)
     shown = ""
     try:
         for told in node.run():
             if not quiet and (line := _line(told)) and line != shown:
                 shown = line
                 out.print(line, highlight=False)
-    except KeyboardInterrupt:
         note("stopped")
+    except KeyboardInterrupt:
+        note("stopped at once; the robot may not have heard it")
     finally:
         ros_module("rospy").signal_shutdown("kendon ends")
 
@@ -108,8 +116,3 @@ def _line(told: Told) -> str:
     moment = told.moment
     belief = moment.belief
     return f"{belief.phase.name:<4}{belief.phase.title}" if belief else ""
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    del number, frame
-    raise KeyboardInterrupt

@@ -57,7 +57,7 @@ class NodePart(ABC):
 
     @abstractmethod
     def end(self) -> None:
-        """Halt the tree, and tell the robot to stop."""
+        """Halt the tree, and tell the robot to stop if it was told anything else."""
 
 
 class ReadingPart(NodePart):
@@ -74,7 +74,8 @@ class ReadingPart(NodePart):
 
     def __init__(self, stream: PersonStream, robot: Robot, settings: NodeSettings) -> None:
         self._stream = stream
-        tree = _tree(settings) if settings.part is Part.BOTH else GreetingTree(_no_answers())
+        self._answers = settings.part is Part.BOTH
+        tree = _tree(settings) if self._answers else GreetingTree(_no_answers())
         self._flow = Flow(robot, load_model(settings.model), tree)
         self._first: float | None = None  # the stream's time of the first frame
 
@@ -94,8 +95,9 @@ class ReadingPart(NodePart):
                 yield self._told(moment)
 
     def end(self) -> None:
-        """Halt the tree, and tell the robot to stop."""
-        self._flow.end()
+        """Halt the tree, and tell the robot to stop, unless another node answers."""
+        if self._answers:
+            self._flow.end()
 
     def _told(self, moment: Moment) -> Told:
         t = moment.observation.t if moment.observation else moment.t

@@ -17,6 +17,8 @@ from kendon.ros.ros1.environment import ros_module
 _ANSWERS = 3.0
 #: How often it is asked whether it still knows this node [s].
 _ASKED = 1.0
+#: How often queues are looked into [s].
+_LOOKED = 0.002
 
 
 class MasterMissingError(KendonError):
@@ -104,6 +106,45 @@ def require_type(topic: str, wanted: str, advice: str) -> None:
     for name, kind in ros_module("rosgraph").Master(rospy.get_name()).getTopicTypes():
         if name == topic and kind not in (wanted, "*"):
             raise DataError(f"it carries {kind}, not {wanted}; {advice}", file=topic)
+
+
+def flush(seconds: float) -> list[str]:
+    """Wait until all that this node has published is on its way.
+
+    ROS 1 publishes by a thread a subscriber, from queues that it drops at its end. What has left
+    them is the operating system's to deliver, whatever becomes of this process.
+
+    Args:
+        seconds: how long a subscriber may hold up what is meant for it.
+
+    Returns:
+        The topics of which something could not leave, sorted.
+    """
+    deadline = time.monotonic() + seconds
+    manager = ros_module("rospy.topics").get_topic_manager()
+    with manager.lock:
+        links = [
+            (impl.resolved_name, c) for impl in manager.pubs.values() for c in impl.connections
+        ]
+    stuck = set()
+    # Twice: with the queue empty, its last messages may still be in the thread's hands. It takes
+    # the mark, which is no byte at all, only when they have left.
+    for mark in (False, True):
+        for topic, link in links:
+            queue = vars(link).get("_queue")  # only rospy's QueuedConnection has one
+            if queue is None or topic in stuck:
+                continue
+            try:
+                if mark:
+                    link.write_data(b"")
+                while vars(link)["_queue"] and not link.done:
+                    if time.monotonic() >= deadline:
+                        stuck.add(topic)
+                        break
+                    time.sleep(_LOOKED)
+            except Exception:  # rospy raises here whatever went wrong with an earlier message
+                stuck.add(topic)
+    return sorted(stuck)
 
 
 class MasterWatch:

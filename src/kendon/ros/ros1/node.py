@@ -9,10 +9,10 @@ from typing import Any
 
 from kendon.errors import UnknownNameError
 from kendon.person import PersonFrame
-from kendon.robots.base import CommandKind, Robot
+from kendon.robots.base import CommandKind, CommandStatus, Robot
 from kendon.ros.parts import AnsweringPart, Told, make_part
 from kendon.ros.place import RobotPlace
-from kendon.ros.ros1.connection import MasterWatch, require_type
+from kendon.ros.ros1.connection import MasterWatch, flush, require_type
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.ros1.vizzy import follow_robot
@@ -24,12 +24,8 @@ from kendon.ros.telling import fill_belief, fill_observation, fill_state, phase_
 _WAITING = 100
 #: How long to wait for a message until time goes on without it [s].
 _PAUSE = 0.02
-#: How long the last messages may take to leave, on a busy machine [s].
-_HANDOVER = 0.3
 #: How long simulated time may stand still until the user is told [s].
 _NO_CLOCK = 5.0
-#: How long the node stays at its end until the robot has stopped [s].
-_FAREWELL = 1.0
 
 #: The topics people are told of on.
 FACES, PEOPLE = "faces", "people"
@@ -64,6 +60,7 @@ class GreetingNode:
         self.lost = 0  # messages that came faster than they could be taken in
         self._tell = tell
         self._told: set[str] = set()
+        self._ending = False
         self._inbox: queue.Queue[tuple[str, Any, float]] = queue.Queue()
         self._kendon = messages("kendon_msgs")
         self._geometry = ros_module("geometry_msgs.msg")
@@ -77,10 +74,10 @@ class GreetingNode:
         self._started = time.monotonic()
 
     def run(self) -> Iterator[Told]:
-        """What there is to tell, published, until ROS shuts down; then the robot is stopped."""
+        """What there is to tell, published, until `stop`; then the robot is stopped."""
         rospy = self._rospy
         try:
-            while not rospy.is_shutdown():
+            while not (self._ending or rospy.is_shutdown()):
                 try:
                     kind, message, now = self._inbox.get(timeout=_PAUSE)
                 except queue.Empty:
@@ -94,13 +91,20 @@ class GreetingNode:
             self.part.end()
             self._settle()
 
+    def stop(self) -> None:
+        """Let `run` end; may be called in a signal handler."""
+        self._ending = True
+
     def _settle(self) -> None:
-        """Give the robot the time to hear that it must stop."""
-        began = time.monotonic()
-        while self.robot.running(CommandKind.STOP) and time.monotonic() - began < _FAREWELL:
+        """Wait until the robot has stopped, and all that was told has left."""
+        stop = self.robot.running(CommandKind.STOP)
+        while stop and stop.running:  # no longer than the robot's patience
             time.sleep(_PAUSE)
             self.robot.update(self.robot.time + _PAUSE)
-        time.sleep(_HANDOVER)  # messages leave by rospy's own threads, which end with the node
+        if stop and stop.status is CommandStatus.FAILED:
+            self._tell(f"The robot has not said that it stopped: {stop.reason}.")
+        if stuck := flush(self.settings.patience):
+            self._tell(f"Nobody took the last messages of {', '.join(stuck)}.")
 
     def _take(self, kind: str, message: Any, now: float) -> Iterator[Told]:
         if kind == "state":
