@@ -3,7 +3,7 @@
     python benchmarks/accuracy.py --data DIR
 
 Each model reads each greeting with both decoders, once with the gestures given by hand (the
-thesis's keys, pressed as the true phases say) and once without any word of gestures. Accuracy is
+thesis's keys, pressed as the true phases say) and once found by the detectors. Accuracy is
 the share of right phases over all observations of all greetings (thesis 3.6.1); behind it the
 recall of each phase, the share of its observations that were named so.
 """
@@ -83,7 +83,7 @@ def main() -> int:
         tracks, what = greetings(arguments.data)
         gestures = {
             "by hand": [track.with_gestures_from_phases() for track in tracks],
-            "none": tracks,
+            "detected": tracks,
         }
         observed = {
             given: [observe_at(track, arguments.truth) for track in people]

@@ -50,7 +50,8 @@ class Sampler:
     """Turns frames, as they come, into observations.
 
     Observations lie on a grid of periods that begins with the first frame. When the clock leaps
-    by more than `kendon.tracks.MAX_GAP`, a new grid begins with the next frame.
+    by more than `kendon.tracks.MAX_GAP`, a new grid begins with the next frame. When somebody
+    else is seen than before, nothing of the last person enters the next observation.
 
     Args:
         robot_face: the robot's face in its base frame [m].
@@ -64,6 +65,7 @@ class Sampler:
         self._face = checked_face(robot_face)
         self.period = checked_period(period)
         self._last = -math.inf  # [s], the newest frame's stamp
+        self._who: int | None = None  # whom the last frame with a person showed
         self._restart()
 
     def _restart(self) -> None:
@@ -91,6 +93,8 @@ class Sampler:
         if t <= self._last:
             raise ParameterError(f"frames must come in order: {t} s after {self._last} s")
         done = self._until(t, TOLERANCE)
+        if frame.seen and frame.who != self._who:
+            self._meet(frame.who)
         self._take_in(
             t, frame.head, frame.head_rotation, frame.eyes, frame.eye_gaze, frame.smile,
             frame.dsal, frame.csal, frame.hdip, frame.robot, frame.joints,
@@ -117,6 +121,13 @@ class Sampler:
         while self.next_end + slack < t:  # never before the first frame: that is NaN
             done.append(self._close())
         return done
+
+    def _meet(self, who: int | None) -> None:
+        """Somebody else from now on: two people in one interval would make a third."""
+        self._who = who
+        self._frames, self._placed, self._newest = [], False, None
+        self._walk.clear()
+        self._detector.clear()
 
     def _take_in(
         self,
