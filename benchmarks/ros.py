@@ -160,7 +160,7 @@ def measure(count: int, deeds: Deeds) -> None:
         end = start + person.t
         last = in_frame_of(home, place.pose)
         time.sleep(PAUSE)  # the greeting is over
-        heard = [belief for belief in beliefs.heard if belief[0] <= end + TOLERANCE]
+        heard = [one for one in beliefs.heard if start < one[0] <= end + TOLERANCE]
         compare(f"{number} {name}", wanted[name], heard, sent, deeds, end, last, figures)
     figures.print()
 

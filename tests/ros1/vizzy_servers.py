@@ -6,6 +6,7 @@ obey    takes every goal, tells feedback, and does it after a while
 abort   takes every goal, and gives up
 refuse  rejects every goal
 ideal   does what the robot with ideal kinematics does, in its time, and prints what it was told
+rooted  likewise, but only turns in place
 
 The parts are move_base, gaze, gcloud_tts and arms; all of them if none is named.
 """
@@ -122,9 +123,9 @@ class Server:
 class IdealBody:
     """The robot with ideal kinematics, by the wall's clock; all its servers move this one."""
 
-    def __init__(self, base: Base | None) -> None:
+    def __init__(self, base: Base | None, leash: float | None) -> None:
         self.base = base
-        self.robot = PointRobot()
+        self.robot = PointRobot(leash=leash)
         self.began = time.monotonic()
         # By one thread: an action server holds a lock of its own while it tells of goals.
         self.asked: queue.Queue[Callable[[], None]] = queue.Queue()
@@ -160,7 +161,10 @@ class IdealServer(Server):
         body.servers.append(self)
 
     def goal(self, handle: Any) -> None:
-        self.body.asked.put(lambda: super(IdealServer, self).goal(handle))
+        self.body.asked.put(lambda: self.start(handle))
+
+    def start(self, handle: Any) -> None:
+        super().goal(handle)
 
     def cancel(self, handle: Any) -> None:
         self.body.asked.put(lambda: self.end(handle))
@@ -210,8 +214,9 @@ def main(behaviour: str, parts: list[str]) -> None:
     parts = parts or list(PARTS)
     rospy, standard = ros_module("rospy"), ros_module("std_msgs.msg")
     base = Base() if "move_base" in parts else None
-    body = IdealBody(base) if behaviour == "ideal" else None
-    actions = {
+    leashes = {"ideal": None, "rooted": 0.0}
+    body = IdealBody(base, leashes[behaviour]) if behaviour in leashes else None
+    actions: dict[str, Callable[[], Any]] = {
         "move_base": lambda: ros_module("move_base_msgs.msg").MoveBaseAction,
         "gaze": lambda: messages("vizzy_msgs").GazeAction,
         "gcloud_tts": lambda: messages("woz_dialog_msgs").SpeechAction,
@@ -229,16 +234,17 @@ def main(behaviour: str, parts: list[str]) -> None:
 
         def arms(message: Any) -> None:
             heard.publish(message)
-            if behaviour == "ideal":
+            if body:
                 tell("gesture", routines[message.data])
 
         def face(message: Any) -> None:
-            if behaviour == "ideal":
+            if body:
                 tell("express", message.data)
 
         rospy.Subscriber("vizzyArmRoutines/command", standard.Int16, arms)
         rospy.Subscriber("expression", standard.String, face)
-    print("ready", len(servers), flush=True)
+    with _PRINTING:
+        print("ready", len(servers), flush=True)
     sys.stdin.read()  # until the one who started it closes the pipe or dies
     rospy.signal_shutdown("the tests end")
 

@@ -1,0 +1,158 @@
+"""What a ROS 1 node hears and tells as a bag, and such a bag heard again."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from kendon.errors import DataError, MissingExtraError
+from kendon.geometry import Pose2D, Vec3
+from kendon.robots.base import Command, Robot
+from kendon.ros.hearing import LOCALISED, STATIC, TRANSFORMS, Hearing
+from kendon.ros.humans import make_stream
+from kendon.ros.parts import ReadingPart, Told
+from kendon.ros.place import RobotPlace
+from kendon.ros.settings import Input, NodeSettings, Part
+from kendon.sources.ros4hri import HumansLog
+from kendon.sources.ros_bags import read_messages, topic_types
+
+#: What a recording ends in.
+SUFFIX = ".bag"
+#: The messages that tell of people, by the input that they are.
+_INPUTS = {
+    "kendon_msgs/msg/FaceExtraction": Input.FACES,
+    "geometry_msgs/msg/PoseArray": Input.PEOPLE,
+}
+_LOCALISED = "geometry_msgs/msg/PoseWithCovarianceStamped"
+
+
+class BagRecorder:
+    """Writes messages into a ROS 1 bag, which is there when the recorder is closed.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        DataError: the file has another ending, exists already, or cannot be made.
+        MissingExtraError: rosbags is not installed.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            from rosbags.rosbag1 import Writer
+        except ImportError as error:
+            raise MissingExtraError("recording ROS bags", "bags", "rosbags") from error
+        if path.suffix.lower() != SUFFIX:
+            raise DataError(f"a recording of ROS 1 ends in {SUFFIX}", file=path)
+        if path.exists():
+            raise DataError("this recording exists already; name another one", file=path)
+        if not path.parent.is_dir():
+            raise DataError("there is no such folder to record in", file=path.parent)
+        self._path = path
+        try:
+            # What is broken off must not be taken for a whole recording.
+            self._folder = tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent)
+        except OSError as error:
+            raise DataError(f"cannot record here ({error.strerror})", file=path) from None
+        self._unfinished = Path(self._folder.name, path.name)
+        self._writer = Writer(self._unfinished)
+        self._writer.open()
+        self._open = True
+        self._connections: dict[tuple[str, str], Any] = {}
+        self.count = 0  # messages
+
+    def write(self, topic: str, message: Any, came: int) -> None:
+        """Record a message of a ROS 1 library: its topic, resolved, and when it came [ns]."""
+        key = topic, message._md5sum
+        if key not in self._connections:
+            package, _, name = message._type.partition("/")
+            self._connections[key] = self._writer.add_connection(
+                topic,
+                f"{package}/msg/{name}",
+                msgdef=message._full_text,
+                md5sum=message._md5sum,
+            )
+        raw = io.BytesIO()
+        message.serialize(raw)
+        self._writer.write(self._connections[key], came, raw.getvalue())
+        self.count += 1
+
+    def close(self) -> None:
+        """Finish the file; one without any message is not kept. Again, it does nothing."""
+        if not self._open:
+            return
+        self._open = False
+        self._writer.close()
+        if self.count:
+            os.replace(self._unfinished, self._path)
+        self._folder.cleanup()
+
+
+class _Witness(Robot):
+    """The robot of a recording: it is where it was, and does nothing."""
+
+    def __init__(self, place: RobotPlace, face: Vec3) -> None:
+        super().__init__()
+        self._place, self._face = place, face
+
+    @property
+    def pose(self) -> Pose2D:
+        return self._place.pose
+
+    @property
+    def face(self) -> Vec3:
+        return self._face
+
+    def _send(self, command: Command) -> dict[str, Any]:
+        return dict(command.asked)
+
+    def _abort(self, command: Command) -> None:
+        del command
+
+    def _advance(self, dt: float) -> None:
+        del dt
+
+
+def replay(path: Path, settings: NodeSettings | None = None) -> Iterator[Told]:
+    """What a node told of a recording, as if its messages were heard now; needs no ROS.
+
+    Args:
+        path: of a bag that `BagRecorder` has written.
+        settings: those of the node; the input is found in the bag.
+
+    Raises:
+        MissingExtraError: rosbags is not installed.
+        DataError: the bag is missing or torn, or nobody is told of in it.
+    """
+    kinds = topic_types(path)
+    inputs = {_INPUTS[kind] for kind in kinds.values() if kind in _INPUTS}
+    if not inputs and any(topic.startswith("/humans/") for topic in kinds):
+        inputs = {Input.HUMANS}
+    if len(inputs) != 1:
+        raise DataError(
+            f"a node's recording tells of people in one way ({', '.join(c.value for c in Input)});"
+            f" its topics: {', '.join(sorted(kinds)) or 'none'}",
+            file=path,
+        )
+    (way,) = inputs
+    chosen = (settings or NodeSettings()).with_values({"part": Part.READING, "input": way})
+    place = RobotPlace(chosen.base_frame or None)
+    stream = make_stream(place, chosen, path.name)
+    part = ReadingPart(stream, _Witness(place, chosen.robot_face), chosen)
+    hearing = Hearing(place, stream, part)
+    for topic, received, message in read_messages(path, lambda _: True):
+        kind = kinds[topic]
+        if kind == _LOCALISED:
+            yield from hearing.take(LOCALISED, message, received)
+        elif (
+            topic in (TRANSFORMS, STATIC)
+            or kind in _INPUTS
+            or (way is Input.HUMANS and HumansLog.wanted(topic))
+        ):
+            yield from hearing.take(topic, message, received)
+        else:  # what was told then: time had passed
+            yield from hearing.pass_time(received)
