@@ -22,11 +22,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-TESTS = Path(__file__).parents[1] / "tests"
-sys.path.insert(0, str(TESTS))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from ros1.ros1_world import Master, wait_for
 
+TESTS = Path(__file__).parents[1] / "tests"
 NODE = "from kendon.cli import main; main()"
 PARTS = ("move_base", "gaze", "gcloud_tts", "arms")
 

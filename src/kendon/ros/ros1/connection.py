@@ -6,17 +6,16 @@ import logging
 import os
 import socket
 import time
+import xmlrpc.client
 from collections.abc import Sequence
+from http.client import HTTPException
 from urllib.parse import urlparse
-from xmlrpc.client import ServerProxy
 
 from kendon.errors import DataError, KendonError, ParameterError
 from kendon.ros.ros1.environment import ros_module
 
 #: How long a master may take to answer at the start [s].
 _ANSWERS = 3.0
-#: How often it is asked whether it still knows this node [s].
-_ASKED = 1.0
 #: How often queues are looked into [s].
 _LOOKED = 0.002
 
@@ -147,6 +146,11 @@ def flush(seconds: float) -> list[str]:
     return sorted(stuck)
 
 
+def master_errors() -> tuple[type[Exception], ...]:
+    """What calls of a master raise that has gone, is going, or refuses."""
+    return (OSError, HTTPException, xmlrpc.client.Error, ros_module("rosgraph").MasterException)
+
+
 class MasterWatch:
     """Registers the node anew with a master that was started again.
 
@@ -157,7 +161,6 @@ class MasterWatch:
 
     def __init__(self) -> None:
         self.lost = False  # whether the master does not answer
-        self._asked = time.monotonic()
         rospy = ros_module("rospy")
         self._name: str = rospy.get_name()
         self._master = ros_module("rosgraph").Master(self._name)
@@ -165,17 +168,14 @@ class MasterWatch:
         self._pid: int = self._master.getPid()
 
     def check(self) -> str:
-        """See to it, at most once a second; a sentence if something has changed, else ""."""
-        if time.monotonic() - self._asked < _ASKED:
-            return ""
-        self._asked = time.monotonic()
+        """See to it; a sentence if something has changed, else ""."""
         try:
             pid = self._master.getPid()
             known = pid == self._pid and self._knows()
             if not known:
                 self._register()
                 self._pid = pid
-        except OSError:
+        except master_errors():
             if self.lost:
                 return ""
             self.lost = True
@@ -195,7 +195,7 @@ class MasterWatch:
 
     def _register(self) -> None:
         manager = ros_module("rospy.topics").get_topic_manager()
-        node = ServerProxy(self._uri)
+        node = xmlrpc.client.ServerProxy(self._uri)
         for topic, kind in manager.get_publications():
             self._master.registerPublisher(topic, kind, self._uri)
         for topic, kind in manager.get_subscriptions():

@@ -6,16 +6,14 @@ and none needs to be installed.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from kendon.ros.hearing import STATIC, TRANSFORMS
+from kendon.ros.ros1.connection import master_errors
 from kendon.ros.ros1.environment import ros_module
 from kendon.sources.ros4hri import HumansLog
 
-#: How often the master is asked for new topics [s].
-_ASKED = 0.5
 #: So many messages of one topic may wait.
 _WAITING = 100
 
@@ -43,16 +41,12 @@ class HumanTopics:
         self._put = put
         self._topics: dict[str, Any] = {}  # by name
         self._kinds: dict[str, Any] = {}  # classes by md5 sum
-        self._asked = -_ASKED
 
     def follow(self) -> None:
-        """Listen to topics that are new, and no more to those that have gone; now and then."""
-        if time.monotonic() - self._asked < _ASKED:
-            return
-        self._asked = time.monotonic()
+        """Listen to topics that are new, and no more to those that have gone."""
         try:
             offered = {topic for topic, _ in self._master.getPublishedTopics("/humans")}
-        except (OSError, ros_module("rosgraph").MasterException):
+        except master_errors():
             return  # what is connected goes on
         wanted = {topic for topic in offered if HumansLog.wanted(topic)} - {TRANSFORMS, STATIC}
         for topic in wanted - self._topics.keys():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -28,6 +29,8 @@ _PAUSE = 0.02
 _NO_PLACE = 3.0
 #: So many sentences are remembered, not to tell them again.
 _SENTENCES = 200
+#: How often the master is looked to [s].
+_WATCHED = 0.5
 #: How long simulated time may stand still until the user is told [s].
 _NO_CLOCK = 5.0
 
@@ -79,12 +82,14 @@ class GreetingNode:
         self._publish = self._publishers()
         self._subscribe(name)
         self._humans = HumanTopics(self._put) if settings.input is Input.HUMANS else None
+        self._changes: queue.SimpleQueue[str] = queue.SimpleQueue()  # of the master
         self._markers = MarkerPublisher(robot, place) if settings.markers else None
         self._started = time.monotonic()
 
     def run(self) -> Iterator[Told]:
         """What there is to tell, published, until `stop`; then the robot is stopped."""
         rospy = self._rospy
+        threading.Thread(target=self._watch, daemon=True).start()
         try:
             while not (self._ending or rospy.is_shutdown()):
                 try:
@@ -196,19 +201,26 @@ class GreetingNode:
         """Tell what has become known meanwhile."""
         for sentence in self.stream.notes:
             self._note(sentence)
-        if self._humans is not None:
-            self._humans.follow()
+        while not self._changes.empty():
+            self._tell(self._changes.get())  # each time anew
         waited = time.monotonic() - self._started
         if not self.place.known and waited > _NO_PLACE:
             self._note(
                 "Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still."
             )
-        if changed := self._master.check():
-            self._tell(changed)  # each time anew
         if self.lost:
             self._note("Messages come faster than they can be taken in; some are left out.")
         if not self._rospy.get_time() and waited > _NO_CLOCK:
             self._note("use_sim_time is set, but nothing tells the time on /clock: waiting for it.")
+
+    def _watch(self) -> None:
+        """Look to the master, which may take its time to answer; in a thread of its own."""
+        while not (self._ending or self._rospy.is_shutdown()):
+            if changed := self._master.check():
+                self._changes.put(changed)
+            if self._humans is not None:
+                self._humans.follow()
+            time.sleep(_WATCHED)
 
     def _note(self, sentence: str) -> None:
         if sentence not in self._told:
