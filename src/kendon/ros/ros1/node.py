@@ -16,7 +16,7 @@ from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import MasterWatch, flush, require_type
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.ros1.human_topics import Heard, HumanTopics
-from kendon.ros.ros1.record import BagRecorder
+from kendon.ros.ros1.record import BagRecorder, RawMessage
 from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.telling import fill_belief, fill_observation, fill_state
@@ -101,7 +101,9 @@ class GreetingNode:
                     continue
                 came = self.hearing.arrival(heard.came)
                 if self._recorder is not None and heard.role != STATE:
-                    self._recorder.write(heard.topic, heard.raw, came)
+                    self._recorder.write(
+                        heard.topic, heard.raw or RawMessage.of(heard.message), came
+                    )
                 yield from self._tell_all(self.hearing.take(heard.role, heard.message, came))
                 if self._inbox.empty():
                     self._look_around()
@@ -145,7 +147,8 @@ class GreetingNode:
         topic = self._publish[name]
         topic.publish(message)
         if self._recorder is not None:
-            self._recorder.write(topic.resolved_name, message, self.hearing.newest)
+            raw = RawMessage.of(message)
+            self._recorder.write(topic.resolved_name, raw, self.hearing.newest)
 
     def _publishers(self) -> dict[str, Any]:
         if self.settings.part is Part.ANSWERING:
@@ -179,7 +182,7 @@ class GreetingNode:
         )
 
         def came(message: Any) -> None:
-            self._put(Heard(name, topic, message, message, 0))
+            self._put(Heard(name, topic, message))
 
         self._rospy.Subscriber(name, kind, came, queue_size=_WAITING, tcp_nodelay=True)
 

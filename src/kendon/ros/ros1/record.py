@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from kendon.errors import DataError, MissingExtraError
 from kendon.geometry import Pose2D, Vec3
@@ -28,6 +28,28 @@ _INPUTS = {
     "geometry_msgs/msg/PoseArray": Input.PEOPLE,
 }
 _LOCALISED = "geometry_msgs/msg/PoseWithCovarianceStamped"
+
+
+class RawMessage(NamedTuple):
+    """A message as it goes over the wire, and what it means."""
+
+    kind: str  # as ROS 1 writes it: std_msgs/String
+    md5: str
+    text: str  # the definition, with those of all that it is made of
+    data: bytes
+
+    @classmethod
+    def of(cls, message: Any) -> RawMessage:
+        """That of a message of rospy."""
+        buffer = io.BytesIO()
+        message.serialize(buffer)
+        return cls(message._type, message._md5sum, message._full_text, buffer.getvalue())
+
+    @property
+    def name(self) -> str:
+        """The type as rosbags writes it: std_msgs/msg/String."""
+        package, _, name = self.kind.partition("/")
+        return f"{package}/msg/{name}"
 
 
 class BagRecorder:
@@ -65,20 +87,14 @@ class BagRecorder:
         self._connections: dict[tuple[str, str], Any] = {}
         self.count = 0  # messages
 
-    def write(self, topic: str, message: Any, came: int) -> None:
-        """Record a message of a ROS 1 library: its topic, resolved, and when it came [ns]."""
-        key = topic, message._md5sum
+    def write(self, topic: str, raw: RawMessage, came: int) -> None:
+        """Record a message: its topic, resolved, and when it came [ns]."""
+        key = topic, raw.md5
         if key not in self._connections:
-            package, _, name = message._type.partition("/")
             self._connections[key] = self._writer.add_connection(
-                topic,
-                f"{package}/msg/{name}",
-                msgdef=message._full_text,
-                md5sum=message._md5sum,
+                topic, raw.name, msgdef=raw.text, md5sum=raw.md5
             )
-        raw = io.BytesIO()
-        message.serialize(raw)
-        self._writer.write(self._connections[key], came, raw.getvalue())
+        self._writer.write(self._connections[key], came, raw.data)
         self.count += 1
 
     def close(self) -> None:
@@ -130,7 +146,7 @@ def replay(path: Path, settings: NodeSettings | None = None) -> Iterator[Told]:
     """
     kinds = topic_types(path)
     inputs = {_INPUTS[kind] for kind in kinds.values() if kind in _INPUTS}
-    if not inputs and any(topic.startswith("/humans/") for topic in kinds):
+    if not inputs and TRANSFORMS in kinds:
         inputs = {Input.HUMANS}
     if len(inputs) != 1:
         raise DataError(
