@@ -15,6 +15,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
+from kendon.ros.ros1 import environment
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import RosMissingError, ros_module
 
@@ -121,9 +122,7 @@ def close(pipe: IO[str] | None) -> None:
 def require_ros1() -> None:
     """Skip where ROS 1 is not installed, with what to do."""
     try:
-        for name in ("rospy", "rosmaster", "actionlib", "move_base_msgs.msg", "tf2_msgs.msg"):
-            ros_module(name)
-        ros_module("visualization_msgs.msg")
+        environment.require_ros1()
     except RosMissingError as error:
         pytest.skip(str(error))
 

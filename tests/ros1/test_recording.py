@@ -20,12 +20,12 @@ from kendon.ros.hearing import TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
 from kendon.ros.place import RobotPlace
+from kendon.ros.ros1 import record
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
 
-record = pytest.importorskip("kendon.ros.ros1.record")
 pytest.importorskip("rosbags")
 
 START = 1_700_000_000_123_456_789  # [ns]
