@@ -241,7 +241,7 @@ def facial_units() -> tuple[Any, Any]:
     def make(stamp: int, smile: float) -> Any:
         time = types["builtin_interfaces/msg/Time"](stamp // 10**9, stamp % 10**9)
         intensity = np.zeros(99, dtype=np.float32)
-        intensity[[6, 12]] = smile
+        intensity[[1, 6, 12]] = 5.0, smile, smile  # the first tells of the scale
         header = types["std_msgs/msg/Header"](0, time, "")
         sure = np.ones(99, dtype=np.float32)
         return Units(bytes(store.serialize_ros1(types[name](header, intensity, sure, 0), name)))

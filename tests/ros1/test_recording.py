@@ -23,6 +23,7 @@ from kendon.ros.place import RobotPlace
 from kendon.ros.ros1 import record
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.settings import Input, NodeSettings, Part
+from kendon.ros.watching import Watcher
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
 
@@ -82,7 +83,7 @@ def told_live(way: Input, path: Path | None, drives: float = 0.1) -> list[Told]:
     settings = NodeSettings(part=Part.READING, input=way)
     place = RobotPlace()
     stream = make_stream(place, settings, "/camera/faces")
-    part = ReadingPart(stream, record._Witness(place, settings.robot_face), settings)
+    part = ReadingPart(stream, Watcher(place, settings.robot_face), settings)
     hearing = Hearing(place, stream, part)
     recorder = record.BagRecorder(path) if path else None
     told: list[Told] = []

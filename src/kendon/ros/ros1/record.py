@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from kendon.errors import DataError, MissingExtraError
-from kendon.geometry import Pose2D, Vec3
-from kendon.robots.base import Command, Robot
 from kendon.ros.hearing import LOCALISED, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
 from kendon.ros.place import RobotPlace
 from kendon.ros.settings import Input, NodeSettings, Part
+from kendon.ros.watching import Watcher
 from kendon.sources.ros4hri import HumansLog
 from kendon.sources.ros_bags import read_messages, topic_types
 
@@ -108,31 +107,6 @@ class BagRecorder:
         self._folder.cleanup()
 
 
-class _Witness(Robot):
-    """The robot of a recording: it is where it was, and does nothing."""
-
-    def __init__(self, place: RobotPlace, face: Vec3) -> None:
-        super().__init__()
-        self._place, self._face = place, face
-
-    @property
-    def pose(self) -> Pose2D:
-        return self._place.pose
-
-    @property
-    def face(self) -> Vec3:
-        return self._face
-
-    def _send(self, command: Command) -> dict[str, Any]:
-        return dict(command.asked)
-
-    def _abort(self, command: Command) -> None:
-        del command
-
-    def _advance(self, dt: float) -> None:
-        del dt
-
-
 def replay(path: Path, settings: NodeSettings | None = None) -> Iterator[Told]:
     """What a node told of a recording, as if its messages were heard now; needs no ROS.
 
@@ -158,7 +132,7 @@ def replay(path: Path, settings: NodeSettings | None = None) -> Iterator[Told]:
     chosen = (settings or NodeSettings()).with_values({"part": Part.READING, "input": way})
     place = RobotPlace(chosen.base_frame or None)
     stream = make_stream(place, chosen, path.name)
-    part = ReadingPart(stream, _Witness(place, chosen.robot_face), chosen)
+    part = ReadingPart(stream, Watcher(place, chosen.robot_face), chosen)
     hearing = Hearing(place, stream, part)
     for topic, received, message in read_messages(path, lambda _: True):
         kind = kinds[topic]
