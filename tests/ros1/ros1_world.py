@@ -22,7 +22,7 @@ from kendon.ros.ros1.environment import RosMissingError, ros_module
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src"
 #: How long anything may take to come about [s].
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 def wait_for(condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
