@@ -17,8 +17,8 @@ from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.record import RawMessage
 from kendon.sources.ros4hri import HumansLog
 
-#: So many messages of one topic may wait.
-_WAITING = 100
+#: So many messages of one topic may wait, and so much is read in one go [bytes].
+_WAITING, _READ = 100, 2**20
 
 
 class Heard(NamedTuple):
@@ -62,7 +62,7 @@ class HumanTopics:
         wanted = {topic for topic in offered if HumansLog.wanted(topic)} - {TRANSFORMS, STATIC}
         for topic in wanted - self._topics.keys():
             self._topics[topic] = self._rospy.Subscriber(
-                topic, self._rospy.AnyMsg, self._came, topic, queue_size=_WAITING
+                topic, self._rospy.AnyMsg, self._came, topic, queue_size=_WAITING, buff_size=_READ
             )
         for topic in self._topics.keys() - wanted:
             self._topics.pop(topic).unregister()

@@ -6,6 +6,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from typing import Any
 
 from kendon.robots.base import CommandKind, CommandStatus, Robot
@@ -21,8 +22,12 @@ from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.telling import fill_belief, fill_observation, fill_state
 
-#: So many messages may wait: those of ten people, of some seconds.
-_WAITING = 1000
+#: So many messages of a topic may wait, those of ten people of some seconds; older ones are
+#: dropped. rospy drops only what it has read in one go: so much [bytes], or kernels would hold
+#: minutes of messages for a node that cannot keep up.
+_WAITING, _READ = 1000, 2**22
+#: What has waited for so long while newer messages have come is left out [ns].
+_STALE = 1_000_000_000
 #: How long to wait for a message until time goes on without it [s].
 _PAUSE = 0.02
 #: How long to wait for somebody to tell where the robot is until the user is told [s].
@@ -98,6 +103,9 @@ class GreetingNode:
                     if now := rospy.get_rostime().to_nsec():
                         yield from self._tell_all(self.hearing.pass_time(now))
                     self._look_around()
+                    continue
+                if self._is_stale(heard):
+                    self.lost += 1
                     continue
                 came = self.hearing.arrival(heard.came)
                 if self._recorder is not None and heard.role != STATE:
@@ -184,7 +192,15 @@ class GreetingNode:
         def came(message: Any) -> None:
             self._put(Heard(name, topic, message))
 
-        self._rospy.Subscriber(name, kind, came, queue_size=_WAITING, tcp_nodelay=True)
+        self._rospy.Subscriber(
+            name, kind, came, queue_size=_WAITING, buff_size=_READ, tcp_nodelay=True
+        )
+
+    def _is_stale(self, heard: Heard) -> bool:
+        """Whether a message of people has waited too long, and newer ones are there."""
+        if heard.role in (STATE, TRANSFORMS, STATIC, LOCALISED) or self._inbox.empty():
+            return False
+        return bool(self._rospy.get_rostime().to_nsec() - heard.came > _STALE)
 
     def _put(self, heard: Heard) -> None:
         """Take in a message, in whatever thread of ROS."""
@@ -192,8 +208,9 @@ class GreetingNode:
         if not now:
             return  # simulated time that has not begun
         if self._inbox.qsize() >= _WAITING:
-            self.lost += 1
-            return
+            with suppress(queue.Empty):
+                self._inbox.get_nowait()
+                self.lost += 1
         self._inbox.put(heard._replace(came=now))
 
     def _class_of_state(self) -> Any:
