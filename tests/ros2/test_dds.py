@@ -30,7 +30,7 @@ def read(node: DdsNode, topic: str) -> list[Any]:
     """What a node hears on a topic, which it reads as it is offered."""
     heard: list[Any] = []
     until(node, lambda: topic in node.offers())
-    node.subscribe(topic, node.offers()[topic], lambda _, message: heard.append(message))
+    node.subscribe(topic, node.offers()[topic], lambda _raw, message, _sent: heard.append(message))
     return heard
 
 

@@ -108,7 +108,7 @@ def play(bag: Path, rate: float, node: DdsNode, kendon: Any, recording: Path) ->
                 if topic.endswith("/engagement_status") and topic not in levels:
                     levels[topic] = 1
 
-                    def take(raw: bytes, message: Any, topic: str = topic) -> None:
+                    def take(raw: bytes, message: Any, sent: int, topic: str = topic) -> None:
                         levels[topic] = message.level
 
                     node.subscribe(topic, offer, take)
@@ -192,7 +192,7 @@ class World:
         node.subscribe("/cmd_vel", Offer(TWIST, True, False), self._drive)
         until(node, lambda: node.asked().keys() >= {"/faces", "/odom"})
 
-    def _drive(self, raw: bytes, message: Any) -> None:
+    def _drive(self, raw: bytes, message: Any, sent: int) -> None:
         self.speeds.append(message.linear.x)
 
     def _follow(self) -> None:
@@ -200,7 +200,7 @@ class World:
         if name in self.node.offers() and not self.beliefs:
             self.beliefs.append(0)
             self.node.subscribe(
-                name, Offer(BELIEF, True, False), lambda _, m: self.beliefs.append(m.phase)
+                name, Offer(BELIEF, True, False), lambda _raw, m, _sent: self.beliefs.append(m.phase)
             )
 
     def step(self, *, person: bool = True, odometry: bool = True) -> None:
@@ -275,7 +275,7 @@ def test_the_base_stops_when_the_person_is_lost_and_they_are_told_of_as_gone(
     world.until(world.drives)
     topic = "/humans/persons/anonymous_person_7/engagement_status"
     world.until(lambda: topic in node.offers())
-    node.subscribe(topic, node.offers()[topic], lambda _, m: node_levels.append(m.level))
+    node.subscribe(topic, node.offers()[topic], lambda _raw, m, _sent: node_levels.append(m.level))
     world.until(lambda: node_levels and node_levels[-1] != 0)
     world.until(lambda: node_levels[-1] == Engagement.UNKNOWN, person=False)
     world.until(lambda: world.speeds[-1] == 0.0, person=False)

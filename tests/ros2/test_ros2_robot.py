@@ -33,7 +33,7 @@ class Link:
         until(node, lambda: "/odom" in node.offers() and "/clock" in node.asked())
         node.subscribe("/odom", Offer(ODOMETRY, True, False), self._take)
 
-    def _take(self, raw: bytes, message: Any) -> None:
+    def _take(self, raw: bytes, message: Any, sent: int) -> None:
         self.heard = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
         self.place.take_localised(message)
 

@@ -30,6 +30,7 @@ from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
 from kendon.sources.bag_people import BagOptions
+from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
 
 EPILOG = """
@@ -42,7 +43,9 @@ EPILOG = """
 `kendon ros2 --robot cmd_vel --robot-face 0.1,0,1.1 --record greeting.mcap` · ros2_control; recorded
 """
 #: Whoever waits for nobody is told so after this [s].
-_PATIENCE = 3.0
+_SPEAKS_AFTER = 3.0
+#: Nobody waits longer for a message [s].
+MAX_LATENESS = 60.0
 
 
 def ros2_command(
@@ -74,6 +77,9 @@ def ros2_command(
     leash: Annotated[
         float | None, typer.Option(help="Drive no farther than this from the start [m].")
     ] = None,
+    lateness: Annotated[
+        float, typer.Option(help="So late messages may be to count [s], as over a slow network.")
+    ] = PATIENCE,
     robot_face: RobotFaceOption = "0,0,1.2",
     camera_pose: CameraPoseOption = "0,0,1.2",
 ) -> None:
@@ -82,6 +88,10 @@ def ros2_command(
         raise ParameterError(f"--domain lies between 0 and {DOMAINS[-1]}, not {domain}")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ParameterError(f"--seconds is more than 0, not {seconds:g}")
+    if not 0 < lateness <= MAX_LATENESS:
+        raise ParameterError(
+            f"--lateness is more than 0, and at most {MAX_LATENESS:g} s, not {lateness:g}"
+        )
     face = point("--robot-face", robot_face)
     options = BagOptions(base, source_options(camera_pose, None, None, None).camera)
     greeting_model = load_model(model)
@@ -91,7 +101,9 @@ def ros2_command(
         settings = Ros2Settings(robot, world=world, face=face, leash=leash)
     transport = DdsNode(domain)
     recorder = Recorder(record) if record else None
-    node = Ros2Node(transport, greeting_model, options=options, face=face, recorder=recorder)
+    node = Ros2Node(
+        transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness
+    )
     if settings is not None:
         greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
         node.greet_with(greeter, behaviour)
@@ -107,7 +119,7 @@ def ros2_command(
 
 def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
     began = time.monotonic()
-    told_notes = 0
+    noted: set[str] = set()
     waiting = ""
     phases: dict[str, Phase] = {}
     going: list[Command] = []
@@ -124,18 +136,20 @@ def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
                 going.remove(command)
                 if command.status is CommandStatus.FAILED:
                     note(f"{command} failed: {command.reason}")
-            notes = node.notes
-            for sentence in notes[told_notes:]:
-                note(sentence)
-            told_notes = max(told_notes, len(notes))
+            for sentence in node.notes:
+                if sentence not in noted:
+                    noted.add(sentence)
+                    note(sentence)
             passed = time.monotonic() - began
-            if passed > _PATIENCE and node.waiting not in ("", waiting):
+            if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
                 waiting = node.waiting
                 note(f"waiting: {waiting}")
             if seconds is not None and passed >= seconds:
                 break
     except KeyboardInterrupt:
         err.print("stopped", style="dim")
+    if node.late:
+        note(f"frames left out as they came too late: {node.late}")
     if seconds is not None and node.waiting:
         raise DataError(node.waiting)
 

@@ -120,7 +120,7 @@ class RclpyTransport:
 
         def take(raw: bytes) -> None:
             self._count += 1
-            callback(raw, self._bytes.deserialize_message(raw, kind))
+            callback(raw, self._bytes.deserialize_message(raw, kind), 0)
 
         qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
         self._subscriptions[topic] = self._node.create_subscription(
