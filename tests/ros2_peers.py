@@ -1,7 +1,7 @@
 """Other processes on a private DDS domain of this machine: a robot's look-alike, and a player.
 
 python ros2_peers.py robot DOMAIN
-python ros2_peers.py play DOMAIN BAG RATE
+python ros2_peers.py play DOMAIN BAG RATE [wait]
 """
 
 from __future__ import annotations
@@ -43,10 +43,12 @@ def peer(*arguments: str) -> Iterator[subprocess.Popen[str]]:
     environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONPATH": str(root / "src")}
     process = subprocess.Popen(
         [sys.executable, __file__, *arguments],
-        env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env=environment, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     try:
         yield process
+        assert process.poll() in (None, -signal.SIGKILL), process.communicate()[1]
     finally:
         process.kill()
         process.communicate()
@@ -113,7 +115,7 @@ def robot(domain: int) -> None:
             "position": {"x": x, "y": y},
             "orientation": {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},
         }
-        header = {"stamp": vars(stamped), "frame_id": "odom"}
+        header = {"stamp": stamp(t), "frame_id": "odom"}
         node.publish("/odom", ODOMETRY, {"header": header, "pose": {"pose": pose}})
 
     def say(raw: bytes, message: Any, sent: int) -> None:
@@ -130,8 +132,15 @@ def robot(domain: int) -> None:
         node.spin(1.0)
 
 
-def play(domain: int, bag: Path, rate: float) -> None:
-    """A recording's messages at their times, once kendon reads them; then it waits to be ended."""
+def play(domain: int, bag: Path, rate: float, *, wait: bool) -> None:
+    """A recording's messages at their times, once kendon reads them; then it waits to be ended.
+
+    Args:
+        domain: where.
+        bag: the recording.
+        rate: how much faster.
+        wait: in the middle for a line on the standard input.
+    """
     from kendon.ros import dds
     from kendon.ros.ros2_reading import PeopleReader
 
@@ -148,7 +157,10 @@ def play(domain: int, bag: Path, rate: float) -> None:
         while not all(reached(node, topic) for topic in wanted):
             node.spin(0.01)
         began: tuple[int, float] | None = None
-        for connection, when, raw in reader.messages():
+        for number, (connection, when, raw) in enumerate(reader.messages()):
+            if wait and number == reader.message_count // 2:
+                sys.stdin.readline()
+                began = None
             began = began or (when, time.monotonic())
             due = began[1] + (when - began[0]) * 1e-9 / rate
             time.sleep(max(0.0, due - time.monotonic()))
@@ -161,4 +173,4 @@ if __name__ == "__main__":
     if sys.argv[1] == "robot":
         robot(int(sys.argv[2]))
     else:
-        play(int(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]))
+        play(int(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]), wait="wait" in sys.argv)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
@@ -50,6 +51,8 @@ _ENDINGS = {
     "body_id": STRING,
     "alias": STRING,
 }
+#: Messages that were taken in so long after they came are more than the computer can do [ns].
+BEHIND = 1_000_000_000
 #: So many of the robot's commands are remembered.
 _LOGGED = 100
 #: The topics of somebody who is gone stay for so long, until all have read the last word [ns].
@@ -98,7 +101,7 @@ class Ros2Node:
         self._moments: list[Moment] = []
         self._flow: Flow | None = None
         self._shift = 0.0  # [s], from the frames' time to the flow's
-        self._flow_at = 0.0  # [s], the flow's time
+        self._flow_at = -math.inf  # [s], the flow's time
         importlib.import_module("scipy.spatial.transform")  # half a second, before anybody comes
         transport.advertise(STATE, STRING)
 
@@ -190,7 +193,7 @@ class Ros2Node:
             if self.transport.spin(max(0, end - now) * _NANO):
                 if now < end + TICK:
                     continue
-                self._behind = True
+                self._behind |= now - self._arrivals.newest > BEHIND
             elif now < end:
                 continue
             else:
