@@ -25,11 +25,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ros2_peers import CLOCK, LIMIT, LOOPBACK, free_domain, peer, reached, stamp
+from ros2_peers import CLOCK, LIMIT, LOOPBACK, free_domain, peer, reached
 
 from kendon.ros.dds import DdsNode
 from kendon.ros.ros2_transport import Offer
-from kendon.ros.ros2_types import BELIEF, STRING, TRANSFORMS, build, type_store
+from kendon.ros.ros2_types import BELIEF, TRANSFORMS, build, type_store
 
 UNITS = "hri_msgs/msg/FacialActionUnits"
 RATE = 30
@@ -98,14 +98,22 @@ class Camera:
             place.z = 1.5 + 0.4 * (number % 7) + 0.3 * math.sin(t / 5 + number)
             turn.x, turn.y, turn.z, turn.w = 0.5, 0.5, -0.5, 0.5
             one.header.frame_id, one.child_frame_id = "camera", f"face_{name}"
-            self.node.publish_raw("/tf", TRANSFORMS, bytes(store.serialize_cdr(self._tf, TRANSFORMS)))
+            self.node.publish_raw(
+                "/tf", TRANSFORMS, bytes(store.serialize_cdr(self._tf, TRANSFORMS))
+            )
             place.x = place.y = place.z = 0.0
             one.header.frame_id, one.child_frame_id = f"face_{name}", f"gaze_{name}"
-            self.node.publish_raw("/tf", TRANSFORMS, bytes(store.serialize_cdr(self._tf, TRANSFORMS)))
+            self.node.publish_raw(
+                "/tf", TRANSFORMS, bytes(store.serialize_cdr(self._tf, TRANSFORMS))
+            )
             self._units.intensity[12] = 2 + math.sin(t + number)
             raw = bytes(store.serialize_cdr(self._units, UNITS))
             self.node.publish_raw(f"/humans/faces/{name}/facs", UNITS, raw)
         self.node.spin(0.0)
+
+    def _tell_transform(self) -> None:
+        raw = bytes(type_store().serialize_cdr(self._tf, TRANSFORMS))
+        self.node.publish_raw("/tf", TRANSFORMS, raw)
 
     def follow(self) -> None:
         """Read the beliefs that have come to be told."""
@@ -182,7 +190,9 @@ def measure(minutes: int, people: int, robot: str) -> None:
         while not reached(camera.node, "/tf"):
             camera.node.spin(0.1)
         wait(camera, "first belief", lambda: camera.stamps)
-        print("minute  memory [MB]  core  belief after face [ms]: median  99 %  max  beliefs  missing")
+        print(
+            "minute  memory [MB]  core  belief after face [ms]: median  99 %  max  beliefs  missing"
+        )
         for minute in range(minutes):
             _, before = memory_and_work(kendon.pid)
             camera.delays.clear()

@@ -17,7 +17,8 @@ from kendon.errors import RobotError
 from kendon.geometry import Pose2D
 from kendon.robots.base import CommandStatus, Robot
 from kendon.ros.dds import DdsNode
-from kendon.ros.ros2_robot import Drive, HeardPlace, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, HeardPlace, Ros2Settings
 from kendon.ros.ros2_transport import Offer
 
 

@@ -16,7 +16,8 @@ from ros2.wire import STEP, Wire, World
 from kendon.models import load_model
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement
-from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.ros.ros2_types import FACE, STRING
 from kendon.sources.live_people import PATIENCE
 from kendon.sources.ros_bags import read_messages
@@ -42,9 +43,7 @@ class Life:
         self.world = World()
         wire = self.world.wire
         self.node = Ros2Node(wire, load_model(), clock=wire.clock)
-        self.robot = Ros2Robot(
-            wire, self.node.place, Ros2Settings(Drive.CMD_VEL), clock=wire.clock
-        )
+        self.robot = Ros2Robot(wire, self.node.place, Ros2Settings(Drive.CMD_VEL), clock=wire.clock)
         self.node.greet_with(self.robot, GreetingTree(tree))
         self.steps = self.node.run()
 

@@ -28,7 +28,8 @@ from kendon.ros.dds import DOMAINS, DdsNode
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree

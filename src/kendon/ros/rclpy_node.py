@@ -18,7 +18,8 @@ from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.ros.ros2_transport import Callback, Fields, Offer
 from kendon.sources.bag_people import BagOptions
 from kendon.trees import GreetingTree

@@ -19,7 +19,8 @@ from kendon.observations import FEATURES
 from kendon.ros.arrivals import Arrivals
 from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import HeardPlace, Ros2Robot
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import HeardPlace
 from kendon.ros.ros2_transport import Fields, Offer, Transport
 from kendon.ros.ros2_types import (
     BELIEF,
