@@ -130,7 +130,8 @@ class Camera:
         """Tell of people for a while."""
         begin, frames = time.monotonic(), 0
         while (passed := frames / RATE) < seconds:
-            self.node.spin(max(0.0, begin + passed - time.monotonic()))
+            while (left := begin + passed - time.monotonic()) > 0:
+                self.node.spin(left)
             self.tell(time.time_ns())
             frames += 1
             if frames % RATE == 0:

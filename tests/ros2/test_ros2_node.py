@@ -318,9 +318,17 @@ def test_mistakes_on_the_command_line(domain: int, command: Any, tmp_path: Path)
         (("--seconds", "-1"), "--seconds is more than 0, not -1"),
         (("--lateness", "0"), "--lateness is more than 0, and at most 60 s, not 0"),
         (("--lateness", "nan"), "--lateness is more than 0, and at most 60 s, not nan"),
+        (("/odom",), "'/odom' is no remapping of a topic; write it as /odom:=/my_robot/odom"),
+        (("/odom:=/7up!",), "'/odom:=/7up!' is no remapping of a topic"),
+        (("/scan:=/x",), "kendon has no topic /scan; valid: /faces, /odom, /tf,"),
+        (("/odom:=/x", "/faces:=/x"), "two of kendon's topics would be /x"),
         (("--record", tmp_path / "x.bag"), "a recording ends in .mcap"),
         (("--record", there), "this recording exists already"),
         (("--record", tmp_path / "no" / "x.mcap"), "there is no such folder"),
+        (("--record", "/proc/x.mcap"), "cannot be recorded into"),
+        (("--robot", "cmd_vel", "--leash", "-1"), "leash is a finite number of m, at least 0"),
+        (("--tree", tmp_path / "no.xml"), "no.xml"),
+        (("--model", "nobody"), "nobody"),
     ):
         code, err = command("--domain", domain, *options)
         assert (code, err.count("\n")) == (2, 1), err

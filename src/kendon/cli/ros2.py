@@ -25,6 +25,7 @@ from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
 from kendon.robots.base import Command, CommandStatus
 from kendon.ros.dds import DOMAINS, DdsNode
+from kendon.ros.ros2_names import remappings
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
@@ -42,6 +43,8 @@ EPILOG = """
 `kendon ros2 --robot goal_pose` · and let a robot with Nav2 greet them
 
 `kendon ros2 --robot cmd_vel --robot-face 0.1,0,1.1 --record greeting.mcap` · ros2_control; recorded
+
+`kendon ros2 --robot goal_pose /odom:=/my_robot/odom /goal_pose:=/my_robot/goal` · other names
 """
 #: Whoever waits for nobody is told so after this [s].
 _SPEAKS_AFTER = 3.0
@@ -50,6 +53,10 @@ MAX_LATENESS = 60.0
 
 
 def ros2_command(
+    topics: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME:=OTHER]...", help="Topics with another name, as in ROS."),
+    ] = None,
     domain: Annotated[
         int, typer.Option(envvar="ROS_DOMAIN_ID", help="DDS's number of the network of nodes.")
     ] = 0,
@@ -100,7 +107,7 @@ def ros2_command(
     settings = None
     if robot is not None:
         settings = Ros2Settings(robot, world=world, face=face, leash=leash)
-    transport = DdsNode(domain)
+    transport = DdsNode(domain, remappings(topics or []))
     recorder = Recorder(record) if record else None
     node = Ros2Node(
         transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness

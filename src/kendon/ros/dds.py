@@ -7,7 +7,7 @@ Who publishes what is learnt by DDS's own discovery, and a reader asks for what 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from kendon.errors import KendonError, MissingExtraError, ParameterError
@@ -41,6 +41,7 @@ class DdsNode:
 
     Args:
         domain: DDS's number of the network of nodes, ROS_DOMAIN_ID.
+        names: what topics are called on the network, where that is not what they are called here.
 
     Raises:
         MissingExtraError: cyclonedds or rosbags is not installed.
@@ -48,7 +49,7 @@ class DdsNode:
         KendonError: DDS does not start, for example for want of a network.
     """
 
-    def __init__(self, domain: int = 0) -> None:
+    def __init__(self, domain: int = 0, names: Mapping[str, str] | None = None) -> None:
         if domain not in DOMAINS:
             raise ParameterError(f"DDS's domains are 0 to {DOMAINS[-1]}, not {domain}")
         try:
@@ -57,6 +58,8 @@ class DdsNode:
             raise MissingExtraError("ROS 2 over DDS", "ros2", "cyclonedds") from error
         type_store()
         self.domain = domain
+        self._names = names or {}
+        self._inner = {other: name for name, other in self._names.items()}
         self.notes: list[str] = []  # what a user should know, one sentence each
         self.lost = 0  # messages that DDS knows to have been sent, but could not get
         try:
@@ -91,7 +94,7 @@ class DdsNode:
 
         def note(sample: Any) -> None:
             kind = ros_name(sample.type_name)
-            self._asked.setdefault(sample.topic_name[2:], {})[sample.key] = kind
+            self._asked.setdefault(self._known_as(sample), {})[sample.key] = kind
 
         self._discover(self._readers_about, note, self._asked)
         return {topic: next(iter(found.values())) for topic, found in self._asked.items()}
@@ -233,7 +236,12 @@ class DdsNode:
             reliability is not None and reliability != Policy.Reliability.BestEffort,
             durability is not None and durability != Policy.Durability.Volatile,
         )
-        self._offers.setdefault(sample.topic_name[2:], {})[sample.key] = offer
+        self._offers.setdefault(self._known_as(sample), {})[sample.key] = offer
+
+    def _known_as(self, sample: Any) -> str:
+        """The name here of a topic of the network, where another one may be called so."""
+        name = sample.topic_name[2:]
+        return self._inner.get(name, f"{name} (not used)" if name in self._names else name)
 
     def _release(self, topic: str) -> None:
         if topic not in self._writers and topic not in self._readers:
@@ -243,7 +251,9 @@ class DdsNode:
         from cyclonedds.topic import Topic
 
         if name not in self._topics:
-            self._topics[name] = Topic(self._participant, f"rt{name}", sample_type(kind))
+            self._topics[name] = Topic(
+                self._participant, f"rt{self._names.get(name, name)}", sample_type(kind)
+            )
             prepare_codec(kind)
         return self._topics[name]
 

@@ -17,6 +17,7 @@ from kendon.greeter import Flow, Moment
 from kendon.models import GreetingModel
 from kendon.observations import FEATURES
 from kendon.ros.arrivals import Arrivals
+from kendon.ros.ros2_names import STATE
 from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
@@ -35,8 +36,6 @@ from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE, HeardFrame
 from kendon.trees import GreetingTree
 
-#: The most probable phase of whoever has been there longest, as its number (thesis 4.1.1).
-STATE = "/state"
 #: The message types of topics that are known; of others only the publisher's word is.
 KINDS: Mapping[str, str] = {
     FACES: FACE,

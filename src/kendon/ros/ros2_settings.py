@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from kendon.errors import ParameterError
 from kendon.geometry import Vec3
 from kendon.robots.drive import BaseLimits
+from kendon.robots.driving import check
 from kendon.ros.place import WORLDS, RobotPlace
 
 
@@ -47,10 +46,11 @@ class Ros2Settings:
     yaw_tolerance: float = 0.25  # [rad], likewise
 
     def __post_init__(self) -> None:
-        for name in ("keep_distance", "position_tolerance", "yaw_tolerance"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ParameterError(f"{name} is a finite number, at least 0, not {value}")
+        check("keep_distance", self.keep_distance, "m", zero=True)
+        check("position_tolerance", self.position_tolerance, "m")
+        check("yaw_tolerance", self.yaw_tolerance, "rad")
+        if self.leash is not None:
+            check("leash", self.leash, "m", zero=True)
 
 
 class HeardPlace(RobotPlace):
