@@ -22,6 +22,7 @@ from kendon.ros.ros2_robot import Ros2Robot
 from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.ros.ros2_transport import Callback, Fields, Offer
 from kendon.sources.bag_people import BagOptions
+from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
 
 #: What may be read; the graph of a big robot has hundreds of other topics.
@@ -188,12 +189,17 @@ def main() -> None:
     options = BagOptions(told("base", "") or None)
     drive, tree = told("robot", ""), told("tree", "")
     model, world = load_model(told("model", DEFAULT_MODEL)), told("world", "")
-    record = told("record", "")
+    record, leash = told("record", ""), told("leash", -1.0)  # less than 0: none
     transport = RclpyTransport(handle)
     recorder = Recorder(Path(record)) if record else None
-    node = Ros2Node(transport, model, options=options, face=(x, y, z), recorder=recorder)
+    node = Ros2Node(
+        transport, model, options=options, face=(x, y, z), recorder=recorder,
+        patience=told("lateness", PATIENCE),
+    )  # fmt: skip
     if drive:
-        settings = Ros2Settings(Drive(drive), world=world, face=(x, y, z))
+        settings = Ros2Settings(
+            Drive(drive), world=world, face=(x, y, z), leash=leash if leash >= 0 else None
+        )
         robot = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
         node.greet_with(robot, GreetingTree(tree) if tree else None)
     log = handle.get_logger()
