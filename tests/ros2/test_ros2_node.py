@@ -37,6 +37,8 @@ from kendon.sources.ros_bags import read_messages
 
 ROOT = Path(__file__).resolve().parents[2]
 TWIST = "geometry_msgs/msg/Twist"
+#: No machine is so busy that messages are later [s].
+PATIENCE = 60.0
 #: A face of nobody who is known.
 ANONYMOUS = "ann1"
 
@@ -58,7 +60,7 @@ def node(domain: int, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsNode]:
 class Process:
     """`kendon ros2` running."""
 
-    def __init__(self, domain: int, *options: str | Path) -> None:
+    def __init__(self, domain: int, *options: object) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from kendon.cli import main; main()", "ros2",
              "--domain", str(domain), *map(str, options)],
@@ -81,7 +83,7 @@ class Process:
 def kendon(domain: int) -> Iterator[Any]:
     started: list[Process] = []
 
-    def start(*options: str | Path) -> Process:
+    def start(*options: object) -> Process:
         started.append(Process(domain, *options))
         return started[-1]
 
@@ -122,7 +124,7 @@ def play(bag: Path, node: DdsNode, kendon: Any, recording: Path) -> None:
     In its middle the player waits until all beliefs are heard here; the last ones are the end.
     """
     ends = {name_of(bag, track): last_complete(bag, track) for track in read_bag_people(bag)}
-    running = kendon("--record", recording, "--lateness", "60")
+    running = kendon("--record", recording, "--lateness", PATIENCE)
     newest: dict[str, int] = {}
     until(node, lambda: "/state" in node.offers())
     with peer("play", str(node.domain), str(bag), "4", "wait") as player:
@@ -172,7 +174,7 @@ def assert_same_beliefs(bag: Path, recording: Path) -> None:
         count = len(expected) - 1
         np.testing.assert_allclose(heard[:count], expected[:count], rtol=0, atol=1e-9)
     again: dict[str, list[FloatArray]] = {name: [] for name in told}
-    for one in replay(recording, PeopleReader(model)):
+    for one in replay(recording, PeopleReader(model, patience=PATIENCE)):
         if one.belief is not None:
             again[one.name].append(one.belief.probabilities)
     for name, beliefs in told.items():
@@ -285,7 +287,7 @@ def test_a_camera_that_dies_and_comes_again_is_read_again(
     node: DdsNode, kendon: Any, tmp_path: Path
 ) -> None:
     bag = write_bag(tmp_path, "mcap", walk_up())
-    kendon("--lateness", "60")
+    kendon("--lateness", PATIENCE)
     until(node, lambda: "/state" in node.offers())
     heard: list[int] = []
     topic = f"/kendon/anonymous_person_{ANONYMOUS}/belief"
