@@ -64,7 +64,7 @@ class Stage:
         self.sent: list[tuple[int, int]] = []  # [ns], the faces' stamps, and when they were sent
         self.count = 0  # of faces
         self.delays: list[float] = []  # [s]
-        self.stamps: list[int] = []  # of the beliefs that faces ended [ns]
+        self.stamps: list[int] = []  # of the beliefs [ns]
         self.phases: list[int] = []
         self.answers: list[str] = []
         self._person = ""
@@ -126,7 +126,7 @@ class Stage:
         ended = next((sent for stamp, sent in self.sent if stamp > told + _NANO // 1000), None)
         if ended is not None:  # not by time alone, as those after the person has gone
             self.delays.append((now - ended) / _NANO)
-            self.stamps.append(told)
+        self.stamps.append(told)
         self.phases.append(message.phase)
 
     def _take_answer(self, topic: str, raw: bytes, message: Any, sent: int) -> None:
