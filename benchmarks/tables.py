@@ -5,8 +5,8 @@
 For recorded greetings and for simulated ones: the accuracy of each model with both decoders on
 one split into greetings to learn from (76 %) and to test on (24 %), and its mean and standard
 deviation over 15 of them. The models called "learned" are learned anew for each split, the others
-are the same in all. Gestures are given by hand, as the thesis's were (3.3.5); with --no-gestures
-nobody tells of any.
+are the same in all. Gestures are given by hand, as the thesis's were (3.3.5); with --detected
+nobody tells of any, and the detectors find what they can.
 """
 
 from __future__ import annotations
@@ -14,12 +14,10 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
-import numpy as np
 from recorded_people import add_data_option, greetings
 
-from kendon import Track, observe
+from kendon import observe
 from kendon.errors import KendonError
 from kendon.evaluation import (
     BASELINES,
@@ -33,26 +31,13 @@ from kendon.evaluation import (
     sort_material,
     wording,
 )
+from kendon.models import DEFAULT_MODEL
 from kendon.observations import Observations
-from kendon.simulation.greeters import draw_greeter, perform
+from kendon.simulation import Signs, simulate
 
 #: So many greetings, learned from and tested on together, had the thesis (3.5.2).
 SIMULATED = 33
 DECODERS = ("filter", "viterbi")
-
-
-def simulated(number: int, seed: int) -> list[Track]:
-    """Greetings drawn at random, each with a chance of its own."""
-    tracks = []
-    for place, source in enumerate(np.random.SeedSequence(seed).spawn(number)):
-        rng = np.random.default_rng(source)
-        tracks.append(perform(draw_greeter(rng), rng, f"simulated {place:03d}"))
-    return tracks
-
-
-def without_gestures(track: Track) -> Track:
-    """The track as if nobody had told of gestures."""
-    return replace(track, gestures=np.full_like(track.gestures, np.nan))
 
 
 def accuracies(
@@ -123,22 +108,29 @@ def main() -> int:
     parser.add_argument(
         "--jobs", type=int, default=-1, help="processes (default: one for each core)"
     )
-    parser.add_argument("--no-gestures", action="store_true", help="nobody tells of gestures")
+    parser.add_argument(
+        "--detected", action="store_true", help="gestures found by the detectors, not by hand"
+    )
     arguments = parser.parse_args()
     try:
-        drawn = simulated(SIMULATED, arguments.seed)
-        sets = [(drawn, f"{len(drawn)} greetings drawn at random (not recorded)")]
+        signs = Signs.BODIES if arguments.detected else Signs.KEYS
+        sets = [
+            (
+                simulate(SIMULATED, arguments.seed, signs=signs),
+                f"{SIMULATED} greetings drawn at random (not recorded)",
+            )
+        ]
         if any(arguments.data.glob("greeting_*.csv")):
-            sets.insert(0, greetings(arguments.data))
+            tracks, what = greetings(arguments.data)
+            if not arguments.detected:
+                tracks = [track.with_gestures_from_phases() for track in tracks]
+            sets.insert(0, ([observe(track) for track in tracks], what))
         else:
             print(f"{arguments.data}: no greeting_*.csv here, only simulated ones", file=sys.stderr)
-        gestures = "no gestures" if arguments.no_gestures else "gestures by hand"
-        for tracks, what in sets:
-            press = without_gestures if arguments.no_gestures else Track.with_gestures_from_phases
-            people = [observe(press(track)) for track in tracks]
-            models = [*(arguments.model or ()), *PUBLISHED]
+        models = [*(arguments.model or ()), DEFAULT_MODEL, *PUBLISHED]
+        for people, what in sets:
             spreads = accuracies(people, models, arguments.splits, arguments.seed, arguments.jobs)
-            print(f"\n### {what}, {gestures}")
+            print(f"\n### {what}, gestures {'detected' if arguments.detected else 'by hand'}")
             print_tables(spreads, len(people))
     except KendonError as error:
         print(error, file=sys.stderr)

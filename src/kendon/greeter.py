@@ -132,13 +132,18 @@ class Flow:
         if math.isnan(self._first):
             self._first = frame.t
         # A frame that belongs to an interval comes before the tick at that interval's end.
-        yield from self.advance(frame.t - TOLERANCE)
+        before = frame.t - TOLERANCE
+        if self._is_due(before):
+            yield from self.advance(before)
         self._take_in(replace(frame, t=frame.t - self._first) if self._first else frame)
 
     def advance(self, t: float) -> Iterator[Moment]:
         """The moments before the frames' clock shows `t` [s]; none before the first frame."""
-        while (self._ticks + 1) / TICK_RATE < t - self._first:
+        while self._is_due(t):
             yield self._next()
+
+    def _is_due(self, t: float) -> bool:
+        return (self._ticks + 1) / TICK_RATE < t - self._first
 
     def end(self) -> None:
         """Halt the tree, and tell the robot to stop."""

@@ -73,3 +73,6 @@ _COLORS = {
 
 #: The names of the phases in the order of their numbers.
 PHASE_NAMES: tuple[str, ...] = tuple(p.name for p in Phase)
+
+#: The phases in which somebody salutes: the others are ways of coming closer.
+SALUTATIONS: tuple[Phase, ...] = (Phase.DS, Phase.HD, Phase.CS)

@@ -424,6 +424,25 @@ def assert_each_as_alone(people: list[Track], **options: float) -> None:
             assert seen.phases.dtype == np.int64
 
 
+@given(st.floats(0.05, 1.5))
+def test_nothing_of_one_person_enters_the_observations_of_the_next(leaves: float) -> None:
+    t = np.arange(0, 3, 1 / 30)
+    nodding = np.stack([3.0 - 1.2 * t, 0 * t, 1.2 + 0.1 * np.sin(9 * t)], axis=1)
+    far, near = walk(t), replace(walk(t), head=nodding, smile=np.full(len(t), 0.5))
+    after_somebody, after_nobody = Sampler(), Sampler()
+    pairs: list[tuple[Observation, Observation]] = []
+    for first, second in zip(far, near, strict=True):
+        here = first.t >= leaves
+        one = after_somebody.push(replace(second, who=2) if here else replace(first, who=1))
+        other = after_nobody.push(replace(second, who=2) if here else PersonFrame(first.t))
+        pairs += zip(one, other, strict=True)
+    later = [pair for pair in pairs if pair[0].t > leaves + PERIOD]
+    assert len(later) > 5
+    np.testing.assert_array_equal([a for a, _ in later], [b for _, b in later])
+    comes = t[t >= leaves][0]
+    assert [a.distance < 4 for a, _ in pairs] == [a.t + TOLERANCE >= comes for a, _ in pairs]
+
+
 @given(st.lists(tracks(), min_size=1, max_size=4))
 def test_many_tracks_at_once_are_each_track_alone(people: list[Track]) -> None:
     assert_each_as_alone(people)

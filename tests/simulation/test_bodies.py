@@ -15,7 +15,7 @@ from kendon.errors import ParameterError, UnknownNameError
 from kendon.person import JOINTS, FloatArray
 from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.limbs import Arm, blend, hang, min_jerk, reach, straighten
-from kendon.simulation.motion import Motion, count_steps, look_along, move
+from kendon.simulation.motion import Motion, count_steps, look_along, move, move_now
 from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement, lasting
 from kendon.simulation.movers import draw_mover, perform_movement
 
@@ -65,7 +65,13 @@ def test_a_wrist_within_reach_is_reached_and_one_beyond_is_reached_for(seed: int
     rng = np.random.default_rng(seed)
     upper, fore = rng.uniform(0.2, 0.4, 2)
     wrist = rng.normal(0, 0.3, (3, 20))
-    elbow, reached = straighten(reach(wrist, rng.normal(0, 1, (3, 1)), upper, fore), upper, fore)
+    pole = tuple(rng.normal(0, 1, 3).tolist())
+    x, y, z = wrist
+    elbow, reached = np.array(straighten(reach((x, y, z), pole, upper, fore), upper, fore))
+    # One by one, from plain numbers, it is the same.
+    x, y, z = wrist[:, 0].tolist()
+    one = straighten(reach((x, y, z), pole, float(upper), float(fore)), float(upper), float(fore))
+    np.testing.assert_allclose(one, [elbow[:, 0], reached[:, 0]], atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(elbow, axis=0), upper, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(reached - elbow, axis=0), fore, atol=1e-9)
     span = np.linalg.norm(wrist, axis=0)
@@ -75,34 +81,32 @@ def test_a_wrist_within_reach_is_reached_and_one_beyond_is_reached_for(seed: int
 
 
 def test_the_elbow_is_where_the_pole_points() -> None:
-    wrist = np.array([[0.4], [0.0], [0.0]])
-    for pole in ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, -1.0, -1.0]):
-        arm = reach(wrist, np.reshape(pole, (3, 1)), 0.3, 0.25)
-        elbow = straighten(arm, 0.3, 0.25)[0][:, 0]
-        aside = elbow - [elbow[0], 0, 0]
+    for pole in ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (0.0, -1.0, -1.0)):
+        arm = reach((0.4, 0.0, 0.0), pole, 0.3, 0.25)
+        elbow = straighten(arm, 0.3, 0.25)[0]
+        aside = np.array(elbow) - [elbow[0], 0, 0]
         wanted = np.array(pole) / np.linalg.norm(pole)
         np.testing.assert_allclose(aside / np.linalg.norm(aside), wanted, atol=1e-9)
 
 
 def test_a_hanging_arm_points_down_and_its_elbow_bends_forward() -> None:
-    straight = hang(np.zeros(1), 0.0, np.zeros(1))
-    np.testing.assert_allclose(straighten(straight, 0.3, 0.2)[1][:, 0], [0, 0, -0.5], atol=1e-12)
-    bent = hang(np.zeros(1), 0.0, np.full(1, math.pi / 2))
-    np.testing.assert_allclose(straighten(bent, 0.3, 0.2)[1][:, 0], [0.2, 0, -0.3], atol=1e-12)
-    forward = hang(np.full(1, 0.3), 0.0, np.zeros(1))
-    assert straighten(forward, 0.3, 0.2)[1][0, 0] == pytest.approx(0.5 * math.sin(0.3))
-    outward = hang(np.zeros(1), 0.3, np.zeros(1))
-    assert straighten(outward, 0.3, 0.2)[1][1, 0] == pytest.approx(0.5 * math.sin(0.3))
+    straight = hang(0.0, 0.0, 0.0)
+    np.testing.assert_allclose(straighten(straight, 0.3, 0.2)[1], [0, 0, -0.5], atol=1e-12)
+    bent = hang(0.0, 0.0, math.pi / 2)
+    np.testing.assert_allclose(straighten(bent, 0.3, 0.2)[1], [0.2, 0, -0.3], atol=1e-12)
+    forward = hang(0.3, 0.0, 0.0)
+    assert straighten(forward, 0.3, 0.2)[1][0] == pytest.approx(0.5 * math.sin(0.3))
+    outward = hang(0.0, 0.3, 0.0)
+    assert straighten(outward, 0.3, 0.2)[1][1] == pytest.approx(0.5 * math.sin(0.3))
 
 
 def test_blending_goes_from_one_arm_to_the_other_by_the_middle() -> None:
-    down = hang(np.zeros(1), 0.0, np.zeros(1))
-    ahead = hang(np.full(1, math.pi / 2), 0.0, np.ones(1))
+    down, ahead = hang(0.0, 0.0, 0.0), hang(math.pi / 2, 0.0, 1.0)
     for weight, angle in ((0.0, 0.0), (0.5, math.pi / 4), (1.0, math.pi / 2)):
-        arm: Arm = blend(down, ahead, np.full(1, weight))
-        elbow = straighten(arm, 1.0, 1.0)[0][:, 0]
+        arm: Arm = blend(down, ahead, weight)
+        elbow = straighten(arm, 1.0, 1.0)[0]
         np.testing.assert_allclose(elbow, [math.sin(angle), 0, -math.cos(angle)], atol=1e-9)
-        assert arm.elbow[0] == weight
+        assert arm.elbow == weight
 
 
 def test_min_jerk_is_at_rest_at_both_ends() -> None:
@@ -313,15 +317,18 @@ def test_frames_one_by_one_are_those_of_the_whole_track() -> None:
     body = draw_body(np.random.default_rng(1))
     movements = [
         draw_movement(kind, np.random.default_rng(2), begin=begin)
-        for kind, begin in (("wave", 0.3), ("dip", 2.0), ("handshake", 3.0))
+        for kind, begin in (("wave", 0.3), ("dip", 2.0), ("handshake", 3.0), ("hug", 9.0))
     ]
-    t = np.arange(0, 6, 0.1)
+    t = np.arange(0, 12, 0.1)
     whole = stand(body, t, *movements)
-    for i in range(len(t)):
-        one = stand(body, t[i : i + 1], *movements)
-        np.testing.assert_allclose(one.head[0], whole.head[i], atol=1e-12)
+    for i, stamp in enumerate(t.tolist()):
+        look = (0.0, 0.0, 0.0, 1.0)
+        one = move_now(body, stamp, 0.0, 0.0, 0.0, look, 0.0, 0.0, movements)
+        np.testing.assert_allclose(one.head, whole.head[i], atol=1e-12)
+        np.testing.assert_allclose(one.head_rotation, whole.head_rotation[i], atol=1e-12)
+        assert list(one.joints) == list(JOINTS)
         for name in JOINTS:
-            np.testing.assert_allclose(one.joints[name][0], whole.joints[name][i], atol=1e-12)
+            np.testing.assert_allclose(one.joints[name], whole.joints[name][i], atol=1e-12)
 
 
 def test_left_and_right_are_mirror_images() -> None:

@@ -21,6 +21,7 @@ from itertools import pairwise
 from kendon.errors import ParameterError
 from kendon.features.gaze import blend, gaze_of_eyes, gaze_of_head
 from kendon.features.gestures import GestureDetector
+from kendon.features.gestures.series import KEPT
 from kendon.features.motion import Walk, median
 from kendon.geometry import Quaternion, Vec3
 from kendon.observations import Observation
@@ -42,6 +43,11 @@ _CARRY = 1.5
 #: From so many spacings the frame period of a source is estimated.
 SPACINGS = 9
 
+#: How far back the detector looks [s], in frames it has kept.
+_READ = 2 * KEPT
+
+#: One frame's stamp, face, its rotation, and joints.
+_Body = tuple[float, Vec3, Quaternion, Mapping[str, Vec3]]
 #: One frame's distance, gaze, smile and three gestures.
 _Values = tuple[float, float, float, float, float, float]
 
@@ -50,7 +56,8 @@ class Sampler:
     """Turns frames, as they come, into observations.
 
     Observations lie on a grid of periods that begins with the first frame. When the clock leaps
-    by more than `kendon.tracks.MAX_GAP`, a new grid begins with the next frame.
+    by more than `kendon.tracks.MAX_GAP`, a new grid begins with the next frame. When somebody
+    else is seen than before, nothing of the last person enters the next observation.
 
     Args:
         robot_face: the robot's face in its base frame [m].
@@ -64,6 +71,7 @@ class Sampler:
         self._face = checked_face(robot_face)
         self.period = checked_period(period)
         self._last = -math.inf  # [s], the newest frame's stamp
+        self._who: int | None = None  # whom the last frame with a person showed
         self._restart()
 
     def _restart(self) -> None:
@@ -78,6 +86,9 @@ class Sampler:
         self._newest: tuple[_Values, bool] | None = None  # the newest frame, and whether it does
         self._walk = Walk()
         self._detector = GestureDetector()
+        #: Frames the detector has not been shown: it costs as much as all the rest, and is not
+        #: asked while the gestures are given by hand.
+        self._unread: deque[_Body] = deque()
 
     def push(self, frame: PersonFrame) -> list[Observation]:
         """Take in a frame; return the observations whose intervals ended before it.
@@ -91,6 +102,8 @@ class Sampler:
         if t <= self._last:
             raise ParameterError(f"frames must come in order: {t} s after {self._last} s")
         done = self._until(t, TOLERANCE)
+        if frame.seen and frame.who != self._who:
+            self._meet(frame.who)
         self._take_in(
             t, frame.head, frame.head_rotation, frame.eyes, frame.eye_gaze, frame.smile,
             frame.dsal, frame.csal, frame.hdip, frame.robot, frame.joints,
@@ -117,6 +130,14 @@ class Sampler:
         while self.next_end + slack < t:  # never before the first frame: that is NaN
             done.append(self._close())
         return done
+
+    def _meet(self, who: int | None) -> None:
+        """Somebody else from now on: two people in one interval would make a third."""
+        self._who = who
+        self._frames, self._placed, self._newest = [], False, None
+        self._walk.clear()
+        self._detector.clear()
+        self._unread.clear()
 
     def _take_in(
         self,
@@ -156,7 +177,7 @@ class Sampler:
             self._walk.add(t, world_x, world_y, (robot_x, robot_y))
             self._placed = True
         self._newest = values, placed
-        self._detector.add(t, head, rotation, joints)
+        self._unread.append((t, head, rotation, joints))
 
     def _close(self) -> Observation:
         """The observation of the interval being filled, which ends; the next one begins."""
@@ -174,8 +195,22 @@ class Sampler:
             return Observation(end)
         speed = self._walk.speed(end, self.period) if placed else math.nan
         way, gaze, smile, *given = [median(column) for column in zip(*frames, strict=True)]
-        gestures = self._detector.complete(given, end, since, way)
+        gestures = self._gestures(given, end, since, way)
         return Observation(end, way, speed, gaze, smile, *gestures)
+
+    def _gestures(
+        self, given: Sequence[float], end: float, since: float, way: float
+    ) -> Sequence[float]:
+        """The gestures given by hand, completed by what the detector sees."""
+        unread = self._unread
+        if not any(map(math.isnan, given)):
+            while unread and unread[0][0] < end - _READ:
+                unread.popleft()
+            return given
+        for frame in unread:
+            self._detector.add(*frame)
+        unread.clear()
+        return self._detector.complete(given, end, since, way)
 
 
 def still_counts(stamps: Sequence[float], end: float) -> bool:

@@ -1,4 +1,4 @@
-"""Learning to tell phases apart: conditional maximum likelihood (Nadas 1983).
+"""Learning to tell phases apart: conditional maximum likelihood (Nadas 1983), in two ways.
 
 Counting makes a model that would produce the greetings it has seen, P(o, phases). Where features
 are not quite as the model has them (distance is not normal within a phase, the smile of one
@@ -7,6 +7,13 @@ improved in P(phases | o) instead, the probability of the true phases given what
 speech recognition: maximum mutual information, Bahl et al. 1986). The gradient is the statistics
 of the labelled rows less those that the model expects without the labels (Fisher's identity).
 
+That is how well a whole greeting is read afterwards. A robot reads while it goes on, and has
+the filter's beliefs, P(phase_t | o_1..o_t) (`kendon.models.stepwise`). A model is to be good at
+both, so that the mean of the two is what rises.
+
+Of people who only pass by it is known that they salute nobody: what rises for them is the
+probability of that.
+
 The conditional likelihood alone may end in numbers that nobody recognises a greeting in: it does
 not care what a typical final approach is like, only where it begins. A normal prior about the
 model to begin with, in a unit of its own for every parameter, keeps them near what they mean.
@@ -14,7 +21,7 @@ model to begin with, in a unit of its own for every parameter, keeps them near w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,8 +31,9 @@ from kendon.models.em import Chunk, Data, Workspace, posterior
 from kendon.models.emissions import GESTURES_FROM, Family
 from kendon.models.learned_emissions import evaluate, statistics
 from kendon.models.prior import Expected, Parameters, Prior
-from kendon.models.starts import count_labels
-from kendon.person import FloatArray, IntArray
+from kendon.models.stepwise import stepwise
+from kendon.person import FloatArray
+from kendon.phases import SALUTATIONS
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -35,20 +43,21 @@ if TYPE_CHECKING:
 _FARTHEST = 6.0
 #: What no training can change is a probability of 0; allowed moves begin with at least this.
 _LEAST_PROBABILITY = 1e-3
+#: The label of rows of people who do not greet.
+PASSING = -2
 
 
 class Improvement(NamedTuple):
     """What conditional learning made of a model."""
 
     parameters: Parameters
-    before: float  # log P(phases | o) a row, of the model to begin with
+    before: float  # the mean of both log P(phases | o) a row, of the model to begin with
     after: float  # of the improved one
     iterations: int
 
 
 def improve(
     data: Data,
-    labels: Sequence[IntArray],
     begin: Parameters,
     prior: Prior,
     allowed: NDArray[np.bool_],
@@ -59,17 +68,16 @@ def improve(
     """Improve a model's conditional likelihood by L-BFGS-B (Liu and Nocedal 1989).
 
     Args:
-        data: greetings with a label on every row.
-        labels: of its sequences, (T,) each.
+        data: greetings with a label on every row, and people who pass by with PASSING.
         begin: the model to improve, in which all that is allowed is `possible`.
         prior: whose tightness, least deviations and certainty of gestures are kept to.
         allowed: (K, K), the moves that can be.
         iterations: at most so many.
-        progress: called with the iteration and log P(phases | o) a row.
+        progress: called with the iteration and the mean of both log P(phases | o) a row.
     """
     from scipy.optimize import Bounds, minimize  # half a second: not for those who need none
 
-    ascent = _Ascent(data, labels, begin, prior.tightness, allowed)
+    ascent = _Ascent(data, begin, prior.tightness, allowed)
     reached: list[float] = []
 
     def report(intermediate_result: OptimizeResult) -> None:
@@ -94,60 +102,52 @@ def improve(
 
 
 class _Ascent:
-    """The function that is minimised, -log P(phases | o) - log prior a row, and its slope."""
+    """The function that is minimised, less both log P(phases | o) and log prior, and its slope.
+
+    The mean of both, and of both a row.
+    """
 
     def __init__(
-        self,
-        data: Data,
-        labels: Sequence[IntArray],
-        begin: Parameters,
-        tightness: float,
-        allowed: NDArray[np.bool_],
+        self, data: Data, begin: Parameters, tightness: float, allowed: NDArray[np.bool_]
     ) -> None:
         self.layout = _Layout(begin, allowed)
-        self.conditional = -np.inf  # log P(phases | o) a row, at the last call
+        self.conditional = -np.inf  # the mean of both log P(phases | o) a row, at the last call
         self._data, self._tightness = data, tightness
-        self._counts = count_labels(labels, len(allowed))
-        self._workspace = Workspace()
+        states = len(allowed)
+        self._chunks = [(chunk.without_labels(), _truth(chunk, states)) for chunk in data.chunks]
+        self._free, self._told = Workspace(), Workspace()
 
     def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
         parameters = self.layout.parameters(theta)
-        starts, moves = self._counts
-        joint = _log_likelihood(starts, parameters.startprob)
-        joint += _log_likelihood(moves, parameters.transmat)
-        alone = 0.0
-        starts, moves = starts.copy(), moves.copy()
+        height = 0.0
+        starts, moves = np.zeros_like(parameters.startprob), np.zeros_like(parameters.transmat)
         emissions = np.zeros((*parameters.means.shape, 3))
-        for chunk in self._data.chunks:
-            evaluated = evaluate(chunk, self._data.center, parameters, self._workspace)
-            labelled = _members(chunk, len(starts))
-            joint += float(evaluated.log[labelled].sum())
-            free = posterior(
-                parameters.startprob,
-                parameters.transmat,
-                evaluated.log,
-                chunk.without_labels(),
-                self._workspace,
-            )
-            alone += float(free.log_likelihoods.sum())
-            starts -= free.states[:, : len(chunk.sequences)].sum(axis=1)
-            moves -= free.moves
-            emissions += statistics(chunk, evaluated, labelled - free.states)
-        self.conditional = (joint - alone) / self._data.rows
+        for chunk, truth in self._chunks:
+            evaluated = evaluate(chunk, self._data.center, parameters, self._free)
+            model = parameters.startprob, parameters.transmat
+            free = posterior(*model, evaluated.log, chunk, self._free)
+            told = posterior(*model, np.where(truth, evaluated.log, -np.inf), chunk, self._told)
+            filtered = stepwise(*model, evaluated.log, chunk, truth)
+            height += float((told.log_likelihoods - free.log_likelihoods).sum())
+            height += filtered.log_likelihood
+            first = slice(None, len(chunk.sequences))
+            starts += filtered.starts + (told.states - free.states)[:, first].sum(axis=1)
+            moves += filtered.moves + told.moves - free.moves
+            emissions += statistics(chunk, evaluated, filtered.states + told.states - free.states)
+        both_rows = 2 * self._data.rows
+        self.conditional = height / both_rows
         slope = self.layout.slope(parameters, Expected(starts, moves, emissions), self._data.center)
-        height = joint - alone - 0.5 * self._tightness * float(theta @ theta)
-        return -height / self._data.rows, (self._tightness * theta - slope) / self._data.rows
+        tightness = 2 * self._tightness
+        cost = 0.5 * tightness * float(theta @ theta) - height
+        return cost / both_rows, (tightness * theta - slope) / both_rows
 
 
-def _log_likelihood(counts: FloatArray, p: FloatArray) -> float:
-    met = counts > 0  # what has not been met may be impossible
-    return float((counts[met] * np.log(p[met])).sum())
-
-
-def _members(chunk: Chunk, states: int) -> NDArray[np.bool_]:
-    """Which state each row's label names, (K, N)."""
+def _truth(chunk: Chunk, states: int) -> NDArray[np.bool_]:
+    """Which states each row may truly be in, (K, N)."""
     assert chunk.labels is not None
-    return np.asarray(chunk.labels == np.arange(states)[:, None])
+    number = np.arange(states)[:, None]
+    no_salutation = ~np.isin(number + 1, SALUTATIONS)
+    return np.asarray(np.where(chunk.labels == PASSING, no_salutation, chunk.labels == number))
 
 
 class _Layout:

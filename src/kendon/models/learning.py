@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.models.ascent import Run, Search, StartSummary
 from kendon.models.assignment import Assignment, assign
-from kendon.models.conditional import Improvement, improve, possible
+from kendon.models.conditional import PASSING, Improvement, improve, possible
 from kendon.models.em import FREE, pack
 from kendon.models.emissions import GESTURES_FROM, Family
 from kendon.models.greeting import LARGEST, GreetingModel
@@ -85,7 +85,8 @@ def fit(
     two than keep a short head dip.
 
     Rows whose phase is 0 (not greeting) are left out; what lies on either side of them counts as
-    two greetings. Rows whose phase is -1, or all rows of greetings without phases, have no label.
+    two greetings. Only conditional learning has a use for people who never greet. Rows whose
+    phase is -1, or all rows of greetings without phases, have no label.
 
     Args:
         greetings: what is learned from.
@@ -104,7 +105,8 @@ def fit(
         initial: a model to start from, whose phases the states then are.
         conditional: whether to improve P(phases | observations) instead of counting, from the
             initial model on or, without one, from the counted one: a better reader of phases, with
-            numbers less like what is seen in them. Needs a label on every row.
+            numbers less like what is seen in them. Needs a label on every row. Of people who are
+            not greeting in any row it learns to read no salutation in them.
         progress: called with the start, the iteration and the log posterior, all along; with the
             log conditional likelihood a row, while that is improved.
 
@@ -117,7 +119,10 @@ def fit(
         raise UnknownNameError("family of emissions", family, Family)
     _check_numbers(starts, iterations, gain, outliers)
     prior = prior or Prior()
-    sequences, marks, names, notes = _sequences(greetings, labels)
+    passing = [greeting for greeting in greetings if conditional and _passes(greeting)]
+    sequences, marks, names, notes = _sequences(
+        [greeting for greeting in greetings if not (conditional and _passes(greeting))], labels
+    )
     labelled = np.unique(np.concatenate(marks))
     labelled = labelled[labelled != FREE]
     # Whether labels or the initial model say what every state is.
@@ -155,8 +160,10 @@ def fit(
     improvement = None
     if conditional:
         improvement = improve(
-            data,
-            marks,
+            pack(
+                [*sequences, *(np.asarray(one.values, dtype=float) for one in passing)],
+                [*marks, *(np.full(len(one), PASSING) for one in passing)],
+            ),
             parameters,
             prior,
             mask,
@@ -201,6 +208,11 @@ def _check_numbers(starts: int | None, iterations: int, gain: float, outliers: f
         raise ParameterError(f"the gain must not be negative, but is {gain}")
     if not 0 <= outliers < 1:
         raise ParameterError(f"outliers is a probability below 1, not {outliers}")
+
+
+def _passes(person: Observations) -> bool:
+    """Whether somebody is known not to greet at any time."""
+    return len(person) > 0 and person.phases is not None and not person.phases.any()
 
 
 def _sequences(

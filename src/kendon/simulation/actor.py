@@ -18,7 +18,7 @@ from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.deeds import Deed, Gesture, Look, Smile, Stand, Turn, WalkTo
-from kendon.simulation.motion import look_along, move
+from kendon.simulation.motion import looking_along, move_now
 from kendon.simulation.movements import Movement, draw_movement
 
 #: Setting off takes one step, some 0.5 s (Breniere & Do 1986), and stopping as long [m/s^2].
@@ -174,44 +174,34 @@ class Actor:
 
     def frames(self, count: int) -> list[PersonFrame]:
         """Live on for so many frames, and return them, in the world."""
-        # The body's joints are worked out for all of them at once.
-        rows = [self._step() for _ in range(count)]
-        t, x, y, heading, yaw, pitch, legs, steps, smile = np.array(rows).T
-        ahead = self.body.face[0]
-        ground = np.stack([x - ahead * np.cos(heading), y - ahead * np.sin(heading)], axis=1)
-        motion = move(
-            self.body, t, ground, heading, look_along(yaw, pitch), legs, steps, self.movements
-        )
-        # (N, joints, 3), and the rest, as Python's own numbers
-        joints = np.stack([motion.joints[name] for name in motion.joints], axis=1).tolist()
-        columns = (t, motion.head, motion.head_rotation, smile)
-        frames = [
-            PersonFrame(
-                stamp, tuple(head), tuple(rotation), smile=smiling,
-                joints={n: (x, y, z) for n, (x, y, z) in zip(motion.joints, places, strict=True)},
-            )
-            for stamp, head, rotation, smiling, places in zip(
-                *(column.tolist() for column in columns), joints, strict=True
-            )
-        ]  # fmt: skip
+        frames = [self._step() for _ in range(count)]
         self.movements = [m for m in self.movements if m.end > self.t - 1.0]
         return frames
 
-    def _step(self) -> tuple[float, ...]:
-        """One frame's time of walking, turning and looking; what there is to know after it."""
+    def _step(self) -> PersonFrame:
+        """One frame's time of walking, turning and looking; the person after it."""
         self._frames += 1
         self.t = self._frames / self.rate
         dt = 1 / self.rate
         self._walk(dt)
         self._turn_body(dt)
         self._turn_head(dt)
-        self.smiling += (self._smile - self.smiling) * -math.expm1(-dt / _FACE)
-        self._legs += (self.walking_at - self._legs) * -math.expm1(-dt / _LEGS)
+        self.smiling += (self._smile - self.smiling) * self._follow(_FACE)
+        self._legs += (self.walking_at - self._legs) * self._follow(_LEGS)
         self._steps += self.body.steps_per_second(self._legs) * dt
-        return (
-            self.t, self.x, self.y, self.heading, self._yaw, self._pitch, self._legs, self._steps,
-            self.smiling,
+        ahead = self.body.face[0]
+        shown = move_now(
+            self.body, self.t, self.x - ahead * math.cos(self.heading),
+            self.y - ahead * math.sin(self.heading), self.heading,
+            looking_along(self._yaw, self._pitch), self._legs, self._steps, self.movements,
         )  # fmt: skip
+        return PersonFrame(
+            self.t, shown.head, shown.head_rotation, joints=shown.joints, smile=self.smiling
+        )
+
+    def _follow(self, seconds: float) -> float:
+        """The share of a difference that is made up for in a frame's time, exponentially."""
+        return -math.expm1(-1 / (self.rate * seconds))
 
     def _walk(self, dt: float) -> None:
         """Toward the goal, no faster than one can still stop there."""
@@ -268,7 +258,7 @@ class Actor:
         a, b = self._wander
         yaw += 0.05 * math.sin(2.9 * self.t + a) + 0.04 * math.sin(5.3 * self.t + b)
         pitch += 0.04 * math.sin(3.7 * self.t + b)
-        follow, most = -math.expm1(-dt / _HEAD), HEAD_RATE * dt
+        follow, most = self._follow(_HEAD), HEAD_RATE * dt
         turn = wrap_angle(yaw - self._yaw) * follow
         self._yaw = wrap_angle(self._yaw + min(max(turn, -most), most))
         nod = (min(max(pitch, -_MOST_PITCHED), _MOST_PITCHED) - self._pitch) * follow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -55,47 +56,47 @@ class Body:
         if self.handed not in ("l", "r"):
             raise ParameterError(f"a body's preferred hand is l or r, not {self.handed!r}")
 
-    @property
+    @cached_property
     def upper_arm(self) -> float:
         """From shoulder to elbow [m]."""
         return UPPER_ARM * self.stature * self.arms
 
-    @property
+    @cached_property
     def forearm(self) -> float:
         """From elbow to wrist [m]."""
         return FOREARM * self.stature * self.arms
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """From shoulder to wrist of a straight arm [m]."""
         return self.upper_arm + self.forearm
 
-    @property
+    @cached_property
     def torso(self) -> float:
         """From the hips' height to the shoulders' [m]."""
         return (SHOULDER_HEIGHT - HIP_HEIGHT) * self.stature * self.trunk
 
-    @property
+    @cached_property
     def hip_height(self) -> float:
         """Above the floor, standing [m]. What the trunk lacks the legs have."""
         return SHOULDER_HEIGHT * self.stature - self.torso
 
-    @property
+    @cached_property
     def half_shoulders(self) -> float:
         """From the middle of the trunk to a shoulder [m]."""
         return SHOULDER_WIDTH / 2 * self.stature * self.breadth
 
-    @property
+    @cached_property
     def half_hips(self) -> float:
         """From the middle of the pelvis to a hip [m]."""
         return HIP_WIDTH / 2 * self.stature * self.breadth
 
-    @property
+    @cached_property
     def neck(self) -> float:
         """From the shoulders' height to the middle of the neck [m]."""
         return (NECK_HEIGHT - SHOULDER_HEIGHT) * self.stature
 
-    @property
+    @cached_property
     def face(self) -> tuple[float, float]:
         """How far the face is before the middle of the neck, and above it [m]."""
         return FACE_AHEAD * self.stature, (FACE_HEIGHT - NECK_HEIGHT) * self.stature
@@ -104,7 +105,7 @@ class Body:
         """At a walking speed [m/s]."""
         return math.sqrt(max(speed, 0.0) / self.walk_ratio)
 
-    @property
+    @cached_property
     def walk_ratio(self) -> float:
         """Length of a step over steps a second [m s]; longer legs take longer steps."""
         return WALK_RATIO * self.stature / 1.7 * self.pace

@@ -14,9 +14,23 @@ import numpy as np
 
 from kendon.person import JOINTS, FloatArray
 from kendon.simulation.body import Body
-from kendon.simulation.limbs import compose, hang, pitch_quaternion, straighten, turn
+from kendon.simulation.limbs import (
+    Curve,
+    Rotation,
+    Vector,
+    clip,
+    hang,
+    pitched,
+    sqrt,
+    straighten,
+    trigonometry,
+    turn,
+)
 from kendon.simulation.movements import Movement
 from kendon.simulation.postures import Pose, play
+
+#: The joints of the left side and the right: shoulder, elbow, wrist and hip.
+_SIDES = (JOINTS[:4], JOINTS[4:])
 
 
 class Motion(NamedTuple):
@@ -29,8 +43,14 @@ class Motion(NamedTuple):
 
 def look_along(yaw: FloatArray, pitch: FloatArray) -> FloatArray:
     """Heads (N, 4) that point somewhere: yaw in the ground plane, pitch down from it [rad]."""
-    sy, cy, sp, cp = np.sin(yaw / 2), np.cos(yaw / 2), np.sin(pitch / 2), np.cos(pitch / 2)
-    return np.stack([-sy * sp, cy * sp, sy * cp, cy * cp], axis=1)
+    return np.stack(looking_along(yaw, pitch), axis=1)
+
+
+def looking_along(yaw: Curve, pitch: Curve) -> Rotation:
+    """One of them (or all by columns)."""
+    sin, cos = trigonometry(yaw)
+    sy, cy, sp, cp = sin(yaw / 2), cos(yaw / 2), sin(pitch / 2), cos(pitch / 2)
+    return (-sy * sp, cy * sp, sy * cp, cy * cp)
 
 
 def count_steps(body: Body, t: FloatArray, speed: FloatArray) -> FloatArray:
@@ -50,7 +70,7 @@ def move(
     steps: FloatArray,
     movements: Iterable[Movement] = (),
 ) -> Motion:
-    """Work out where a body's joints are.
+    """Work out where a body's joints are over time.
 
     Args:
         body: whose.
@@ -63,59 +83,96 @@ def move(
             numbers and the right one at odd (`count_steps`).
         movements: what they do meanwhile.
     """
+    x, y = ground.T
+    lx, ly, lz, lw = look.T
+    shown = move_now(body, t, x, y, heading, (lx, ly, lz, lw), speed, steps, movements)
+    joints = {name: np.stack(place, axis=1) for name, place in shown.joints.items()}
+    return Motion(joints, np.stack(shown.head, axis=1), np.stack(shown.head_rotation, axis=1))
+
+
+class Instant(NamedTuple):
+    """A body at one instant, in the frame its places were given in (or over time, by columns)."""
+
+    joints: dict[str, Vector]  # name -> x y z [m], in the order of kendon.person.JOINTS
+    head: Vector  # [m], the face
+    head_rotation: Rotation
+
+
+def move_now(
+    body: Body,
+    t: Curve,
+    x: Curve,
+    y: Curve,
+    heading: Curve,
+    look: Rotation,
+    speed: Curve,
+    steps: Curve,
+    movements: Iterable[Movement] = (),
+) -> Instant:
+    """What `move` works out at one instant, from plain numbers: some twenty times as fast.
+
+    With arrays over time in their places the same formulas serve a whole track.
+    """
+    sin, cos = trigonometry(t)
     # Of a usual step, 0.7 m; none at all when standing.
-    stride = np.sqrt(np.maximum(speed, 0.0) * body.walk_ratio) / 0.7 * speed / (speed + 0.15)
-    legs = np.sin(math.pi * steps) * stride  # 1 = the left leg is forward
+    stride = sqrt(clip(speed, 0.0) * body.walk_ratio) / 0.7 * speed / (speed + 0.15)
+    swing = math.pi * steps
+    legs, passing = sin(swing) * stride, cos(swing) * stride  # legs: 1 = the left is forward
     still = 1 / (1 + 4 * stride)
     pose = _walking_pose(body, t, legs, stride, still)
     for movement in movements:
         play(pose, body, movement, t)
+    trunk = pose.trunk
 
     # The pelvis: lowest with both feet on the ground, over the leg that stands (Murray 1967); it
     # moves back from under a trunk that bows.
     sway = body.sway * still
     a, b = body.phase, 2.3 * body.phase
-    back = -0.06 * body.stature * np.sin(pose.trunk - body.stoop)
-    ahead = back + sway * (0.006 * np.sin(1.9 * t + b) + 0.004 * np.sin(4.3 * t + a))
-    left = sway * (0.012 * np.sin(0.55 * t + a) + 0.004 * np.sin(2.7 * t + b))
-    left = left - 0.02 * stride * np.cos(math.pi * steps)
-    drop = 0.04 * stride**2 * (1 - np.cos(2 * math.pi * steps)) / 2
+    back = -0.06 * body.stature * sin(trunk - body.stoop)
+    ahead = back + sway * (0.006 * sin(1.9 * t + b) + 0.004 * sin(4.3 * t + a))
+    left = sway * (0.012 * sin(0.55 * t + a) + 0.004 * sin(2.7 * t + b)) - 0.02 * passing
+    cx, sx = cos(heading), sin(heading)
+    x = x + cx * ahead - sx * left
+    y = y + sx * ahead + cx * left
+    z = body.hip_height - 0.04 * legs * legs
     # Pelvis and shoulders turn against each other by about 4 degrees each way (Murray 1967).
     pelvis, chest = heading - 0.07 * legs, heading + 0.06 * legs
-    cx, sx = np.cos(heading), np.sin(heading)
-    x = ground[:, 0] + cx * ahead - sx * left
-    y = ground[:, 1] + sx * ahead + cx * left
-    hips = np.array([x, y, body.hip_height - drop])
-
-    c, s, cp, sp = np.cos(chest), np.sin(chest), np.cos(pose.trunk), np.sin(pose.trunk)
-
-    def of_chest(
-        px: FloatArray | float, py: FloatArray | float, pz: FloatArray | float
-    ) -> FloatArray:
-        forward = cp * px + sp * pz
-        turned = [c * forward - s * py, s * forward + c * py, cp * pz - sp * px]
-        return np.asarray(hips + np.array(turned))
+    hip_x, hip_y = -sin(pelvis) * body.half_hips, cos(pelvis) * body.half_hips
+    # The chest: ahead, to the left (level) and up along the trunk.
+    c, s, tilted, up_z = cos(chest), sin(chest), sin(trunk), cos(trunk)
+    ahead_x, ahead_y, up_x, up_y = c * up_z, s * up_z, c * tilted, s * tilted
+    torso, half = body.torso, body.half_shoulders
+    mid_x, mid_y, mid_z = x + torso * up_x, y + torso * up_y, z + torso * up_z
 
     joints = {}
-    for side, sign in (("l", 1.0), ("r", -1.0)):
-        half = sign * body.half_shoulders
-        elbow, wrist = straighten(pose.arms[side], body.upper_arm, body.forearm)
-        joints[f"{side}_shoulder"] = of_chest(0.0, half, body.torso)
-        joints[f"{side}_elbow"] = of_chest(elbow[0], half + sign * elbow[1], elbow[2] + body.torso)
-        joints[f"{side}_wrist"] = of_chest(wrist[0], half + sign * wrist[1], wrist[2] + body.torso)
-        aside = sign * body.half_hips
-        joints[f"{side}_hip"] = hips + np.array([-np.sin(pelvis), np.cos(pelvis), 0 * x]) * aside
-    rotation = compose(look.T, pitch_quaternion(pose.head))
-    head = of_chest(0.0, 0.0, body.torso + body.neck) + turn(rotation, *body.face)
-    return Motion({name: joints[name].T for name in JOINTS}, head.T, rotation.T)
+    for sign, arm, (shoulder, elbow, wrist, hip) in zip(
+        (1.0, -1.0), pose.arms.values(), _SIDES, strict=True
+    ):
+        out_x, out_y = -sign * s, sign * c
+        shoulder_x, shoulder_y = mid_x + half * out_x, mid_y + half * out_y
+        joints[shoulder] = (shoulder_x, shoulder_y, mid_z)
+        bent = straighten(arm, body.upper_arm, body.forearm)
+        for name, (fore, out, up) in zip((elbow, wrist), bent, strict=True):
+            joints[name] = (
+                shoulder_x + fore * ahead_x + out * out_x + up * up_x,
+                shoulder_y + fore * ahead_y + out * out_y + up * up_y,
+                mid_z - fore * tilted + up * up_z,
+            )
+        joints[hip] = (x + sign * hip_x, y + sign * hip_y, z)
+    rotation = pitched(look, pose.head)
+    neck = body.neck
+    face_x, face_y, face_z = turn(rotation, *body.face)
+    head = (
+        mid_x + neck * up_x + face_x,
+        mid_y + neck * up_y + face_y,
+        mid_z + neck * up_z + face_z,
+    )
+    return Instant(joints, head, rotation)
 
 
-def _walking_pose(
-    body: Body, t: FloatArray, legs: FloatArray, stride: FloatArray, still: FloatArray
-) -> Pose:
+def _walking_pose(body: Body, t: Curve, legs: Curve, stride: Curve, still: Curve) -> Pose:
     """Arms that hang, and swing against the legs; the trunk as they carry it."""
-    breath = 0.012 * body.sway * still * np.sin(1.4 * t + body.phase)
-    trunk = np.full_like(t, body.stoop) + 0.5 * breath
+    breath = 0.012 * body.sway * still * trigonometry(t)[0](1.4 * t + body.phase)
     arms = {}
     for side, sign in (("l", 1.0), ("r", -1.0)):
         # Shoulders swing by 16 degrees each way, elbows bend by 25 more in front (Murray 1967).
@@ -123,5 +180,5 @@ def _walking_pose(
         # From a trunk that stoops they still hang down.
         forward = body.stoop + 0.28 * swing + 2.5 * sign * breath
         bend = body.elbow + 0.22 * body.swing * stride + 0.22 * swing
-        arms[side] = hang(forward, body.outward, np.maximum(bend, 0.08))
-    return Pose(trunk, np.zeros_like(t), arms)
+        arms[side] = hang(forward, body.outward, clip(bend, 0.08))
+    return Pose(body.stoop + 0.5 * breath, 0.0 * t, arms)

@@ -149,7 +149,7 @@ def _wave(rng: np.random.Generator, handed: str) -> Movement:
     # Faster strokes are shorter; a raised arm swings wider.
     size = float(rng.uniform(0.10, 0.20) * (1 + height) * min(1.0, 1.8 / rate))
     strokes = float(rng.integers(1, 7))
-    rise, fall = (0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)
+    rise, fall = ((0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)).tolist()
     return Movement(
         "wave", 0.0, rise + strokes / rate + fall, rise, fall,
         hands=_hand(rng, handed, 0.06), size=size, rate=rate,
@@ -160,7 +160,7 @@ def _wave(rng: np.random.Generator, handed: str) -> Movement:
 def _raise(rng: np.random.Generator, handed: str) -> Movement:
     """A hand raised once, held and lowered: hi."""
     height = float(rng.beta(1.2, 2.0))
-    rise, fall = (0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)
+    rise, fall = ((0.45 + 0.3 * height) * rng.uniform(0.95, 1.5, 2)).tolist()
     hold = float(rng.uniform(0.15, 1.2))
     return Movement(
         "raise", 0.0, rise + hold + fall, rise, fall,
@@ -209,13 +209,13 @@ def _handshake(rng: np.random.Generator, handed: str) -> Movement:
 
     The right hand, whichever is preferred, but for one person in fifty.
     """
-    rise, fall = rng.uniform(0.5, 0.9, 2)
+    rise, fall = rng.uniform(0.5, 0.9, 2).tolist()
     wait = float(rng.choice([0.0, rng.uniform(0.2, 2.0)]))
     rate = float(rng.uniform(2.0, 4.0))
     # The thesis (2.1.6): three up-down movements as a rule.
     strokes = max(2.0, round(rng.uniform(1.0, 2.2) * rate))
     return Movement(
-        "handshake", 0.0, rise + wait + strokes / rate + fall, float(rise), float(fall),
+        "handshake", 0.0, rise + wait + strokes / rate + fall, rise, fall,
         hands="l" if rng.random() < 0.02 else "r", size=float(rng.uniform(0.03, 0.10)),
         rate=rate, height=float(rng.uniform(0.97, 1.13)),
         aside=float(rng.uniform(-0.6, 0.1)), lean=math.radians(rng.uniform(0, 12)), wait=wait,
@@ -224,9 +224,9 @@ def _handshake(rng: np.random.Generator, handed: str) -> Movement:
 
 def _hug(rng: np.random.Generator, handed: str) -> Movement:
     """Both arms reached out, open, then closed about somebody; height at the shoulders = 0."""
-    rise, fall = rng.uniform(0.6, 1.0, 2)
+    rise, fall = rng.uniform(0.6, 1.0, 2).tolist()
     return Movement(
-        "hug", 0.0, rise + rng.uniform(0.8, 3.0) + fall, float(rise), float(fall),
+        "hug", 0.0, rise + rng.uniform(0.8, 3.0) + fall, rise, fall,
         hands="lr", size=float(rng.uniform(0.2, 0.5)), height=float(rng.uniform(-0.15, 0.15)),
         lean=math.radians(rng.uniform(3, 15)),
     )  # fmt: skip
@@ -271,10 +271,10 @@ def _held(
     longest: float = 8.0, size: float = 0.0, rate: float = 0.0, height: float = 0.0,
     aside: float = 0.0,
 ) -> Movement:  # fmt: skip
-    rise, fall = rng.uniform(0.6, 1.1, 2)
+    rise, fall = rng.uniform(0.6, 1.1, 2).tolist()
     duration = max(rise + fall + 0.2, rng.uniform(shortest, longest))
     return Movement(
-        kind, 0.0, float(duration), float(rise), float(fall), hands=str(hands), size=float(size),
+        kind, 0.0, float(duration), rise, fall, hands=str(hands), size=float(size),
         rate=float(rate), height=float(height), aside=float(aside),
     )  # fmt: skip
 

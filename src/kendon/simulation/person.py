@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, ItemsView, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from kendon.errors import ParameterError
-from kendon.features.gaze import CONE_ANGLE
-from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, compose, wrap_angle, yaw_quaternion
-from kendon.person import PersonFrame
+from kendon.features.gaze import RIM
+from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
+from kendon.person import JOINTS, PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.limbs import min_jerk
-from kendon.simulation.motion import Motion, move
+from kendon.simulation.motion import Instant, looking_along, move_now
 from kendon.simulation.movements import Movement, draw_movement, lasting
 from kendon.simulation.scripts import Act, Script
 
@@ -88,29 +90,22 @@ class SimulatedPerson:
             face: the robot's face in its base frame [m].
         """
         act = self.script.acts[self._act]
-        rails = (*self.position, self.script.height)
+        x, y, z = robot.to_local((*self.position, self.script.height))
         if self.keys:
-            look = self._look(act, rails, robot, face)
-        else:
-            look = self._turning_look(self._act, rails, robot, face)
-        motion = self._moving(look, robot)
-        places = np.array(list(motion.joints.values()))[:, 0]
-        head, rotation = motion.head[0], motion.head_rotation[0].tolist()
-        if self.keys:
-            # The body hangs under a head that runs on rails.
-            places += rails - head
-            head, rotation = np.array(rails), _turned(*look)
-        in_world = PersonFrame(
-            self.t,
-            tuple(head.tolist()),
-            tuple(rotation),
-            joints=dict(zip(motion.joints, map(tuple, places.tolist()), strict=True)),
-            smile=act.smile,
-            dsal=float(act.phase is Phase.DS) if self.keys else math.nan,
-            csal=float(act.phase is Phase.CS) if self.keys else math.nan,
-            hdip=float(act.phase is Phase.HD) if self.keys else math.nan,
-        )
-        return in_world.seen_from(robot)
+            # The head runs on rails, and the body hangs under it where somebody looks at it.
+            head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
+            body = _Body(self._moving((x, y), rotation), head)
+            dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
+            return PersonFrame(
+                self.t, head, rotation, joints=body, smile=act.smile, dsal=dsal, csal=csal,
+                hdip=hdip, robot=robot,
+            )  # fmt: skip
+        look = looking_along(*self._turning_look(self._act, (x, y, z), face))
+        shown = self._moving((x, y), look)()
+        return PersonFrame(
+            self.t, shown.head, shown.head_rotation, joints=shown.joints, smile=act.smile,
+            robot=robot,
+        )  # fmt: skip
 
     def step(self, robot: Pose2D = ORIGIN) -> None:
         """Go on to the next station: walk, end acts, one frame's time later."""
@@ -155,22 +150,16 @@ class SimulatedPerson:
         self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
-    def _moving(self, look: tuple[float, float], robot: Pose2D) -> Motion:
-        """The body now, in the world; it faces the robot."""
-        x, y = self.position
-        heading = math.atan2(robot.y - y, robot.x - x)
-        ahead = self._body.face[0]
-        ground = x - ahead * math.cos(heading), y - ahead * math.sin(heading)
-        return move(
-            self._body,
-            np.array([self.t]),
-            np.array([ground]),
-            np.array([heading]),
-            np.array([_turned(*look)]),
-            np.array([self._legs_speed]),
-            np.array([self._steps]),
-            self._movements,
-        )
+    def _moving(self, place: tuple[float, float], look: Quaternion) -> Callable[[], Instant]:
+        """How the body is now, seen at a place by a robot that it faces [m]; to be worked out."""
+        x, y = place
+        heading, way = math.atan2(-y, -x), math.hypot(x, y)
+        # The pelvis is behind the face.
+        behind = 1 + self._body.face[0] / way if way > 0 else 1.0
+        return partial(
+            move_now, self._body, self.t, behind * x, behind * y, heading, look,
+            self._legs_speed, self._steps, tuple(self._movements),
+        )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
         if distance <= self._nearest - _NEARER:
@@ -190,14 +179,14 @@ class SimulatedPerson:
     def _distance(self, robot: Pose2D) -> float:
         return math.hypot(self.position[0] - robot.x, self.position[1] - robot.y)
 
-    def _turning_look(self, act: int, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
+    def _turning_look(self, act: int, head: Vec3, face: Vec3) -> tuple[float, float]:
         """From the last act's look to this one's in the time heads take to turn."""
-        there = self._look(self._looking(act), head, robot, face)
+        there = _look(self._looking(act), head, face)
         since = (self.t - self._begun[act]) / _TURNING
         if act == 0 or since >= 1:
             return there
-        here = self._turning_look(act - 1, head, robot, face)
-        share = float(min_jerk(np.array(since)))
+        here = self._turning_look(act - 1, head, face)
+        share = min_jerk(since)
         yaw = here[0] + share * wrap_angle(there[0] - here[0])
         return yaw, here[1] + share * (there[1] - here[1])
 
@@ -207,24 +196,58 @@ class SimulatedPerson:
             act -= 1
         return self.script.acts[act]
 
-    @staticmethod
-    def _look(act: Act, head: Vec3, robot: Pose2D, face: Vec3) -> tuple[float, float]:
-        """Yaw and pitch so that the gaze ray meets the robot's frontal plane where it should.
 
-        A point s beside the face (or below it) has the gaze feature g if s = k |point - head|
-        with k = g tan 30 degrees (3.7-3.8), a quadratic equation in s.
-        """
-        # At k = 1 the ray runs along the plane and never meets it.
-        k = min(act.gaze * math.tan(CONE_ANGLE / 2), 0.999)
-        to_face = [there - here for there, here in zip(face, robot.to_local(head), strict=True)]
-        axis, side = (2, -1.0) if act.looks_down else (1, -1.0)
-        b = k * side * to_face[axis]
-        way = math.hypot(*to_face)
-        beside = k * (b + math.sqrt(b * b + (1 - k * k) * way * way)) / (1 - k * k)
-        to_face[axis] += side * beside
-        dx, dy, dz = to_face
-        return math.atan2(dy, dx) + robot.yaw, math.atan2(-dz, math.hypot(dx, dy))
+class _Body(Mapping[str, Vec3]):
+    """The joints of a body under a given head, worked out when somebody looks at them.
+
+    With keys most frames' joints are looked at by nobody, and they cost more than all the rest.
+    """
+
+    __slots__ = ("_head", "_joints", "_moving")
+
+    def __init__(self, moving: Callable[[], Instant], head: Vec3) -> None:
+        self._moving, self._head = moving, head
+        self._joints: dict[str, Vec3] | None = None
+
+    def _worked_out(self) -> dict[str, Vec3]:
+        if self._joints is None:
+            shown = self._moving()
+            dx, dy, dz = (there - here for there, here in zip(self._head, shown.head, strict=True))
+            self._joints = {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
+        return self._joints
+
+    def __getitem__(self, name: str) -> Vec3:
+        return self._worked_out()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._worked_out())
+
+    def __len__(self) -> int:
+        return len(JOINTS)
+
+    def items(self) -> ItemsView[str, Vec3]:
+        """The joints by their names [m]."""
+        return self._worked_out().items()
 
 
-def _turned(yaw: float, pitch: float) -> Quaternion:
-    return compose(yaw_quaternion(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
+def _look(act: Act, head: Vec3, face: Vec3) -> tuple[float, float]:
+    """Yaw and pitch so that the gaze ray meets the robot's frontal plane where it should.
+
+    A point s beside the face (or below it) has the gaze feature g if s = k |point - head|
+    with k = g tan 30 degrees (3.7-3.8), a quadratic equation in s.
+
+    Args:
+        act: says how far beside the face, and whether to the side or below.
+        head: the person's face in the robot's base frame [m].
+        face: the robot's.
+    """
+    # At k = 1 the ray runs along the plane and never meets it.
+    k = min(act.gaze * RIM, 0.999)
+    dx, dy, dz = face[0] - head[0], face[1] - head[1], face[2] - head[2]
+    b = -k * (dz if act.looks_down else dy)
+    beside = k * (b + math.sqrt(b * b + (1 - k * k) * (dx * dx + dy * dy + dz * dz))) / (1 - k * k)
+    if act.looks_down:
+        dz -= beside
+    else:
+        dy -= beside
+    return math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))

@@ -1,4 +1,4 @@
-"""How movements bend heads, trunks and arms.
+"""How movements bend heads, trunks and arms, at one instant or over time (`limbs.Curve`).
 
 Points of a posture are shares of stature from the middle between the shoulders: x forward, y
 outward on the arm's own side, z up along the trunk. They are ours, tried on one's own body.
@@ -12,9 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendon.person import FloatArray
 from kendon.simulation.body import Body
-from kendon.simulation.limbs import Arm, blend, min_jerk, reach
+from kendon.simulation.limbs import (
+    Arm,
+    Curve,
+    Vector,
+    blend,
+    cos,
+    min_jerk,
+    reach,
+    sin,
+)
 from kendon.simulation.movements import Movement
 
 #: How much of its length a hand held out for a handshake takes of an arm.
@@ -23,67 +31,89 @@ _HELD_OUT = 0.93
 _LOWEST = 0.7
 
 
-@dataclass
+@dataclass(slots=True)
 class Pose:
-    """Angles of a body over time, (N,) each; arms as if both were left ones."""
+    """Angles of a body; arms as if both were left ones."""
 
-    trunk: FloatArray  # forward [rad]
-    head: FloatArray  # further down than the look [rad]
+    trunk: Curve  # forward [rad]
+    head: Curve  # further down than the look [rad]
     arms: dict[str, Arm]
 
 
-def play(pose: Pose, body: Body, movement: Movement, t: FloatArray) -> None:
-    """Add one movement to a pose, in place; t grows."""
-    m = movement
-    first, last = np.searchsorted(t, (m.begin, m.end))
-    if first == last:
+def play(pose: Pose, body: Body, movement: Movement, t: Curve) -> None:
+    """Add one movement to a pose, in place; times grow [s]."""
+    if isinstance(t, float):
+        if movement.begin <= t < movement.end:
+            _add(pose, body, movement, t - movement.begin)
         return
-    during = slice(int(first), int(last))
-    since = t[during] - m.begin
+    first, last = np.searchsorted(t, (movement.begin, movement.end))
+    if first < last:
+        during = slice(int(first), int(last))
+        part = Pose(
+            pose.trunk[during], pose.head[during],
+            {side: _part(arm, during) for side, arm in pose.arms.items()},
+        )  # fmt: skip
+        _add(part, body, movement, t[during] - movement.begin)
+        pose.trunk[during], pose.head[during] = part.trunk, part.head
+        for side in movement.hands:
+            _write(part.arms[side], pose.arms[side], during)
+
+
+def _part(arm: Arm, during: slice) -> Arm:
+    x, y, z, w = arm.shoulder
+    return Arm((x[during], y[during], z[during], w[during]), arm.elbow[during])
+
+
+def _write(part: Arm, whole: Arm, during: slice) -> None:
+    for values, into in zip(
+        (*part.shoulder, part.elbow), (*whole.shoulder, whole.elbow), strict=True
+    ):
+        into[during] = values
+
+
+def _add(pose: Pose, body: Body, m: Movement, since: Curve) -> None:
+    """Add a movement that is going on, since when [s]."""
     shown = min_jerk(since / m.rise) * min_jerk((m.duration - since) / m.fall)
-    pose.trunk[during] += m.lean * shown
+    if m.lean:
+        pose.trunk = pose.trunk + m.lean * shown
     if m.kind in _HEAD:
-        _HEAD[m.kind](pose, m, during, since, shown)
+        _HEAD[m.kind](pose, m, since, shown)
     for side in m.hands:
-        whole = pose.arms[side]
-        now = Arm(whole.shoulder[:, during], whole.elbow[during])
-        wrist, pole = _ARMS[m.kind](body, m, side, since, pose.trunk[during])
-        wrist = np.subtract(wrist, [[0.0], [body.half_shoulders], [0.0]])
-        there = reach(wrist, np.reshape(pole, (3, -1)), body.upper_arm, body.forearm)
-        held = blend(now, there, shown)
-        whole.shoulder[:, during], whole.elbow[during] = held
+        (x, y, z), pole = _ARMS[m.kind](body, m, side, since, pose.trunk)
+        there = reach((x, y - body.half_shoulders, z), pole, body.upper_arm, body.forearm)
+        pose.arms[side] = blend(pose.arms[side], there, shown)
 
 
-def _beats(m: Movement, since: FloatArray, begin: float) -> FloatArray:
+def _beats(m: Movement, since: Curve, begin: float) -> Curve:
     """Strokes between rise and fall, from -1 to 1, swelling and dying within half a stroke."""
     half = 0.5 / m.rate
     swell = min_jerk((since - begin) / half) * min_jerk((m.duration - m.fall - since) / half)
-    return np.asarray(np.sin(2 * math.pi * m.rate * (since - begin)) * swell)
+    return sin(2 * math.pi * m.rate * (since - begin)) * swell
 
 
 # ---- heads and trunks
 
 
-def _nod(pose: Pose, m: Movement, at: slice, since: FloatArray, shown: FloatArray) -> None:
+def _nod(pose: Pose, m: Movement, since: Curve, shown: Curve) -> None:
     # The first nod is the deepest.
     deep = 1 - 0.4 * since / m.duration
-    pose.head[at] += m.size * deep * shown * (1 - np.cos(2 * math.pi * m.rate * since)) / 2
+    pose.head = pose.head + m.size * deep * shown * (1 - cos(2 * math.pi * m.rate * since)) / 2
 
 
-def _down(pose: Pose, m: Movement, at: slice, since: FloatArray, shown: FloatArray) -> None:
-    pose.head[at] += m.size * shown
+def _down(pose: Pose, m: Movement, since: Curve, shown: Curve) -> None:
+    pose.head = pose.head + m.size * shown
 
 
-def _up(pose: Pose, m: Movement, at: slice, since: FloatArray, shown: FloatArray) -> None:
-    pose.head[at] -= m.size * shown
+def _up(pose: Pose, m: Movement, since: Curve, shown: Curve) -> None:
+    pose.head = pose.head - m.size * shown
 
 
-def _bow(pose: Pose, m: Movement, at: slice, since: FloatArray, shown: FloatArray) -> None:
-    pose.trunk[at] += m.size * shown
-    pose.head[at] += m.size * shown
+def _bow(pose: Pose, m: Movement, since: Curve, shown: Curve) -> None:
+    pose.trunk = pose.trunk + m.size * shown
+    pose.head = pose.head + m.size * shown
 
 
-_HEAD: dict[str, Callable[[Pose, Movement, slice, FloatArray, FloatArray], None]] = {
+_HEAD: dict[str, Callable[[Pose, Movement, Curve, Curve], None]] = {
     "nod": _nod, "toss": _up, "dip": _down, "bow": _bow, "text": _down, "watch": _down,
 }  # fmt: skip
 
@@ -91,25 +121,21 @@ _HEAD: dict[str, Callable[[Pose, Movement, slice, FloatArray, FloatArray], None]
 # ---- arms: where the wrist is [m] and where the elbow points
 
 
-_Held = tuple[FloatArray, tuple[float, float, float]]
+_Held = tuple[Vector, tuple[float, float, float]]
 
 
-def _point_of(body: Body, since: FloatArray, x: float, y: float, z: float) -> FloatArray:
-    return np.array([[x], [y], [z]]) * body.stature + 0 * since
+def _raised(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
+    h, k = m.height, body.stature
+    x, y, z = (0.13 - 0.09 * h) * k, (0.19 + 0.04 * (m.aside - h)) * k, (0.02 + 0.26 * h) * k
+    pole = (-0.2 + 0.3 * h, 0.3 + 0.6 * h, -1.0 + 0.6 * h)
+    if m.rate == 0:
+        return (x, y, z), pole
+    aside = m.size / 2 * _beats(m, since, m.rise)
+    # Along an arc about the elbow.
+    return (x, y + aside, z - aside * aside / (2 * body.forearm)), pole
 
 
-def _raised(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
-    h = m.height
-    wrist = _point_of(body, since, 0.13 - 0.09 * h, 0.19 + 0.04 * (m.aside - h), 0.02 + 0.26 * h)
-    if m.rate > 0:
-        aside = m.size / 2 * _beats(m, since, m.rise)
-        # Along an arc about the elbow.
-        wrist[1] += aside
-        wrist[2] -= aside * aside / (2 * body.forearm)
-    return wrist, (-0.2 + 0.3 * h, 0.3 + 0.6 * h, -1.0 + 0.6 * h)
-
-
-def _handshake(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
+def _handshake(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
     """Held out over the floor, however the trunk leans."""
     lean = body.stoop + m.lean
     across = m.aside * body.half_shoulders
@@ -119,50 +145,49 @@ def _handshake(body: Body, m: Movement, side: str, since: FloatArray, trunk: Flo
     ahead = math.sqrt(max((_HELD_OUT * body.reach) ** 2 - drop**2 - across**2, 0.01))
     ahead += body.torso * math.sin(lean)
     height = up + m.size / 2 * _beats(m, since, m.rise + m.wait)
-    s, c = np.sin(trunk), np.cos(trunk)
-    y = np.full_like(since, body.half_shoulders + across)
-    return np.array([c * ahead - s * height, y, s * ahead + c * height - body.torso]), (
-        -0.3, 0.4, -1.0,
-    )  # fmt: skip
+    s, c = sin(trunk), cos(trunk)
+    x, z = c * ahead - s * height, s * ahead + c * height - body.torso
+    return (x, body.half_shoulders + across, z), (-0.3, 0.4, -1.0)
 
 
-def _hug(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
-    wrist = _point_of(body, since, 0.23, 0.11, 0.02 + 0.5 * m.height)
+def _hug(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
+    k = body.stature
     closed = min_jerk((since - 0.8 * m.rise) / 0.7) * min_jerk((m.duration - since) / m.fall)
-    wrist[1] += body.stature * ((0.25 * m.size) * (1 - closed) - 0.09 * closed)
-    wrist[2] += body.stature * 0.1 * (m.height if side == body.handed else -m.height) * closed
-    return wrist, (-0.1, 1.0, -0.6)
+    y = 0.11 + (0.25 * m.size) * (1 - closed) - 0.09 * closed
+    up = 0.1 * (m.height if side == body.handed else -m.height)
+    return (0.23 * k, y * k, (0.02 + 0.5 * m.height + up * closed) * k), (-0.1, 1.0, -0.6)
 
 
-def _talk(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
-    wrist = _point_of(body, since, 0.16, 0.07, -0.13 + 0.05 * m.height)
+def _talk(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
+    k = body.stature
     # Two rates that never meet again: beats do not come like clockwork.
     late = m.aside + (0.7 if side == "l" else 0.0)
     turn = 2 * math.pi * m.rate * since
-    beats = np.sin(turn + late) + 0.8 * np.sin(0.618 * turn + 2 * late)
-    wrist[2] += m.size / 3.6 * beats
-    wrist[0] += m.size / 2 * (1 + np.sin(0.8 * turn + 5 * late)) / 2
-    wrist[1] += m.size / 6 * np.sin(0.45 * turn + 3 * late)
-    return wrist, (-0.3, 0.5, -1.0)
+    x = 0.16 * k + m.size / 2 * (1 + sin(0.8 * turn + 5 * late)) / 2
+    y = 0.07 * k + m.size / 6 * sin(0.45 * turn + 3 * late)
+    beats = sin(turn + late) + 0.8 * sin(0.618 * turn + 2 * late)
+    z = (-0.13 + 0.05 * m.height) * k + m.size / 3.6 * beats
+    return (x, y, z), (-0.3, 0.5, -1.0)
 
 
-def _point(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
+def _point(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
     along = 0.96 * body.reach
     level = along * math.cos(m.height)
     x, y, z = level * math.cos(m.aside), level * math.sin(m.aside), along * math.sin(m.height)
-    return np.array([[x], [y + body.half_shoulders], [z]]) + 0 * since, (-0.2, 0.4, -1.0)
+    return (x, y + body.half_shoulders, z), (-0.2, 0.4, -1.0)
 
 
 def _at(
     x: float, y: float, z: float, pole: tuple[float, float, float], height: float, aside: float
-) -> Callable[[Body, Movement, str, FloatArray, FloatArray], _Held]:
+) -> Callable[[Body, Movement, str, Curve, Curve], _Held]:
     """A posture that is simply held, varied by so much up and sideways."""
 
-    def held(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
+    def held(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
         # Nobody holds quite still.
-        drift = 0.003 * np.sin(3.1 * since + m.aside)
-        wrist = _point_of(body, since, x, y + aside * m.aside, z + height * m.height)
-        return wrist + drift * body.stature, pole
+        drift = 0.003 * sin(3.1 * since + m.aside)
+        up, out = z + height * m.height, y + aside * m.aside
+        k = body.stature
+        return ((x + drift) * k, (out + drift) * k, (up + drift) * k), pole
 
     return held
 
@@ -171,12 +196,12 @@ _crossed_over = _at(0.13, -0.06, -0.12, (-0.3, 0.6, -1.0), 0.01, 0.01)
 _crossed_under = _at(0.115, -0.05, -0.155, (-0.3, 0.6, -1.0), 0.01, 0.01)
 
 
-def _crossed(body: Body, m: Movement, side: str, since: FloatArray, trunk: FloatArray) -> _Held:
+def _crossed(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
     over = side == body.handed
     return (_crossed_over if over else _crossed_under)(body, m, side, since, trunk)
 
 
-_ARMS: dict[str, Callable[[Body, Movement, str, FloatArray, FloatArray], _Held]] = {
+_ARMS: dict[str, Callable[[Body, Movement, str, Curve, Curve], _Held]] = {
     "wave": _raised,
     "raise": _raised,
     "handshake": _handshake,

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 
-import numpy as np
-
-from kendon.person import FloatArray
+from kendon.simulation.limbs import Curve, clip
 
 
 @dataclass(frozen=True)
@@ -43,25 +42,37 @@ class Walk:
         return ramps + (length - top * ramps / 2) / top
 
     @property
+    def under_way(self) -> float:
+        """When the person is seen to walk: at half the speed of the first leg.
+
+        Who labels phases sees no approach in the first centimetres.
+        """
+        begin, length = self._legs[0]
+        return begin + self._top(length) / 2 / self.acceleration
+
+    @property
     def arrival(self) -> float:
         """When the person stands before the robot."""
         begin, length = self._legs[-1]
         return begin + self._seconds(length)
 
-    def distance(self, t: FloatArray) -> FloatArray:
-        """How far from the robot the person is at times t."""
-        gone = np.zeros_like(t)
+    def distance(self, t: Curve) -> Curve:
+        """How far from the robot the person is at a time, or at times."""
+        gone = 0.0 * t
         for begin, length in self._legs:
             whole, top = self._seconds(length), self._top(length)
             up, down = top / self.acceleration, top / self.braking
-            since = (t - begin).clip(0, whole)
-            early, late = np.minimum(since, up), np.maximum(since - (whole - down), 0)
-            cruise = (since - up).clip(0, whole - up - down)
-            gone += self.acceleration * early**2 / 2 + top * cruise
-            gone += top * late - self.braking * late**2 / 2
+            since = clip(t - begin, 0.0, whole)
+            early, late = clip(since, 0.0, up), clip(since - (whole - down), 0.0)
+            cruise = clip(since - up, 0.0, whole - up - down)
+            gone += self.acceleration * early * early / 2 + top * cruise
+            gone += top * late - self.braking * late * late / 2
         return self.start - gone
 
     def time_at(self, distance: float) -> float:
-        """When the person comes that near; when they set off if they start nearer."""
-        t = np.arange(self.sighting, self.arrival + 0.02, 0.02)
-        return float(t[np.argmax(self.distance(t) <= distance)])
+        """When the person comes that near, to 0.02 s; when they set off if they start nearer."""
+        steps = range(math.ceil((self.arrival - self.sighting) / 0.02) + 1)
+        near = bisect_left(
+            steps, True, key=lambda i: self.distance(self.sighting + i * 0.02) <= distance
+        )
+        return self.sighting + near * 0.02 if near < len(steps) else self.sighting

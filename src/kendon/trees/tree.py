@@ -77,6 +77,7 @@ class GreetingTree:
         self._state = TreeState()
         self._scope = Scope()
         self._nodes: list[tuple[str, str, Behaviour]] = []
+        self._paths: set[str] = set()
         tree = main or library.main
         self.root = self._build(library.trees[tree], tree, self._scope, tree)
 
@@ -135,9 +136,10 @@ class GreetingTree:
         return node
 
     def _path(self, above: str, name: str) -> str:
-        taken = {path for path, _, _ in self._nodes}
+        """Where a node is: each path once."""
         path, count = f"{above}/{name}", 1
-        while path in taken:
+        while path in self._paths:
             count += 1
             path = f"{above}/{name}[{count}]"
+        self._paths.add(path)
         return path

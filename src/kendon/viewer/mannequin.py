@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendon.geometry import Quaternion, Vec3
 from kendon.person import FloatArray
@@ -193,6 +192,8 @@ class _Skeleton:
 
 
 def _head(stance: Stance, size: float) -> list[Shape]:
+    from scipy.spatial.transform import Rotation  # half a second: not for those who need none
+
     known = np.isfinite(stance.head_rotation).all()
     turn = Rotation.from_quat(stance.head_rotation) if known else (
         Rotation.from_euler("z", stance.heading)

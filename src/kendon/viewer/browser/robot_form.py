@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendon.geometry import Vec3
 from kendon.person import FloatArray
 from kendon.robots import CommandKind, PointRobot, Robot
 from kendon.viewer.browser.forms import Color, Float32Array, Pieces
+
+if TYPE_CHECKING:  # half a second: not for those who need none
+    from scipy.spatial.transform import Rotation
 
 _SHELL: Color = (237, 237, 230)
 _ACCENT: Color = (26, 135, 140)
@@ -98,6 +100,8 @@ class PlainForm(RobotForm):
 
     def draw(self, state: Float32Array) -> tuple[Pieces, Vec3, tuple[float, float, float, float]]:
         """See `RobotForm`."""
+        from scipy.spatial.transform import Rotation
+
         x, y, yaw, pan, tilt, smile, *arms = state.astype(float).tolist()
         height = self._face[2]
         size = height / 1.2
@@ -128,6 +132,8 @@ class PlainForm(RobotForm):
 
     @staticmethod
     def _arm(pieces: Pieces, at: Any, side: float, angles: Iterable[float], size: float) -> None:
+        from scipy.spatial.transform import Rotation
+
         forward, sideways, bent = angles
         shoulder = np.array([0.0, side * 0.2, 0.95])
         lift = Rotation.from_euler("xy", [side * sideways, -forward])
