@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -115,47 +116,64 @@ def ros2_command(
     if settings is not None:
         greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
         node.greet_with(greeter, behaviour)
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    stop = _Stop()
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        _run(node, domain, seconds)
+        _run(node, domain, seconds, stop)
+    except KeyboardInterrupt:
+        err.print("stopped at once", style="dim")
     finally:
         node.close()
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
+class _Stop:
+    """Ctrl-C, and SIGTERM: the step in hand is finished, so that nothing is told by halves."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Ask for it; the second time at once."""
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+
+def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> None:
     began = time.monotonic()
     noted: set[str] = set()
     waiting = ""
     phases: dict[str, Phase] = {}
     going: list[Command] = []
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
-    try:
-        for told, moments in node.run():
-            for one in told:
-                _show(one, phases)
-            for moment in moments:
-                for command in moment.commands:
-                    out.print(f"  robot  {command}", highlight=False, markup=False)
-                    going.append(command)
-            for command in [command for command in going if not command.running]:
-                going.remove(command)
-                if command.status is CommandStatus.FAILED:
-                    note(f"{command} failed: {command.reason}")
-            for sentence in node.notes:
-                if sentence not in noted:
-                    noted.add(sentence)
-                    note(sentence)
-            passed = time.monotonic() - began
-            if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
-                waiting = node.waiting
-                note(f"waiting: {waiting}")
-            if seconds is not None and passed >= seconds:
-                break
-    except KeyboardInterrupt:
-        err.print("stopped", style="dim")
+    for told, moments in node.run():
+        for one in told:
+            _show(one, phases)
+        for moment in moments:
+            for command in moment.commands:
+                out.print(f"  robot  {command}", highlight=False, markup=False)
+                going.append(command)
+        for command in [command for command in going if not command.running]:
+            going.remove(command)
+            if command.status is CommandStatus.FAILED:
+                note(f"{command} failed: {command.reason}")
+        for sentence in node.notes:
+            if sentence not in noted:
+                noted.add(sentence)
+                note(sentence)
+        passed = time.monotonic() - began
+        if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
+            waiting = node.waiting
+            note(f"waiting: {waiting}")
+        if stop.asked:
+            err.print("stopped", style="dim")
+            break
+        if seconds is not None and passed >= seconds:
+            break
     if node.late:
         note(f"frames left out as they came too late: {node.late}")
     if seconds is not None and node.waiting:
