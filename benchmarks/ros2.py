@@ -52,12 +52,12 @@ class Witness:
             elif offer.kind == BELIEF and topic not in self.beliefs:
                 told = self.beliefs[topic] = []
 
-                def take(raw: bytes, message: Any, told: Any = told) -> None:
+                def take(raw: bytes, message: Any, sent: int, told: Any = told) -> None:
                     told.append((_ns(message.header.stamp), time.time_ns(), message))
 
                 self.node.subscribe(topic, offer, take)
 
-    def _take_tf(self, raw: bytes, message: Any) -> None:
+    def _take_tf(self, raw: bytes, message: Any, sent: int) -> None:
         now = time.time_ns()
         for one in message.transforms:
             if one.child_frame_id.startswith("gaze_"):  # with it a frame is complete

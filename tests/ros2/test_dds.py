@@ -30,7 +30,7 @@ def read(node: DdsNode, topic: str) -> list[Any]:
     """What a node hears on a topic, which it reads as it is offered."""
     heard: list[Any] = []
     until(node, lambda: topic in node.offers())
-    node.subscribe(topic, node.offers()[topic], lambda _, message: heard.append(message))
+    node.subscribe(topic, node.offers()[topic], lambda _raw, message, _sent: heard.append(message))
     return heard
 
 
@@ -64,6 +64,23 @@ def test_a_node_that_has_left_offers_nothing(nodes: tuple[DdsNode, DdsNode]) -> 
     other.withdraw("/state")
     until(mine, lambda: "/state" not in mine.offers())
     other.withdraw("/state")  # nothing to do
+
+
+def test_topics_may_have_another_name_on_the_network(nodes: tuple[DdsNode, DdsNode]) -> None:
+    mine, other = nodes
+    renamed = DdsNode(mine.domain, {"/state": "/greeter/state", "/odom": "/base/odom"})
+    other.advertise("/base/odom", STRING)
+    other.advertise("/odom", STRING)
+    heard = read(renamed, "/odom")
+    renamed.advertise("/state", STRING)
+    until(mine, lambda: "/greeter/state" in mine.offers())
+    until(mine, lambda: "/base/odom" in other.asked())
+    other.publish("/odom", STRING, {"data": "another robot's"})
+    other.publish("/base/odom", STRING, {"data": "this robot's"})
+    until(renamed, lambda: heard)
+    assert [message.data for message in heard] == ["this robot's"]
+    assert mine.offers().keys() == {"/greeter/state", "/base/odom", "/odom"}
+    renamed.close()
 
 
 def test_a_text_that_is_none_is_left_out_and_said(nodes: tuple[DdsNode, DdsNode]) -> None:

@@ -43,7 +43,7 @@ def test_a_robot_on_ros2_greets_a_simulated_person(monkeypatch: pytest.MonkeyPat
     gestures: list[str] = []
     states: list[str] = []
 
-    def drive(raw: bytes, message: Any) -> None:
+    def drive(raw: bytes, message: Any, sent: int) -> None:
         p, q = message.pose.position, message.pose.orientation
         base.go_to(Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w))))
 
@@ -53,11 +53,11 @@ def test_a_robot_on_ros2_greets_a_simulated_person(monkeypatch: pytest.MonkeyPat
     node.advertise("/odom", ODOMETRY)
     node.advertise("/faces", FACE)
     node.subscribe("/goal_pose", offer(POSE), drive)
-    node.subscribe("/gesture", offer(STRING), lambda _, m: gestures.append(m.data))
-    node.subscribe("/state", offer(STRING), lambda _, m: states.append(m.data))
+    node.subscribe("/gesture", offer(STRING), lambda _raw, m, _sent: gestures.append(m.data))
+    node.subscribe("/state", offer(STRING), lambda _raw, m, _sent: states.append(m.data))
     for topic in ("/say", "/expression"):
-        node.subscribe(topic, offer(STRING), lambda _, m: None)
-    node.subscribe("/look_at", offer("geometry_msgs/msg/PointStamped"), lambda _, m: None)
+        node.subscribe(topic, offer(STRING), lambda _raw, m, _sent: None)
+    node.subscribe("/look_at", offer("geometry_msgs/msg/PointStamped"), lambda _raw, m, _sent: None)
 
     command = "from kendon.cli import main; main()"
     options = ["ros2", "--domain", str(node.domain), "--robot", "goal_pose"]

@@ -17,7 +17,8 @@ from kendon.errors import RobotError
 from kendon.geometry import Pose2D
 from kendon.robots.base import CommandStatus, Robot
 from kendon.ros.dds import DdsNode
-from kendon.ros.ros2_robot import Drive, HeardPlace, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, HeardPlace, Ros2Settings
 from kendon.ros.ros2_transport import Offer
 
 
@@ -33,7 +34,7 @@ class Link:
         until(node, lambda: "/odom" in node.offers() and "/clock" in node.asked())
         node.subscribe("/odom", Offer(ODOMETRY, True, False), self._take)
 
-    def _take(self, raw: bytes, message: Any) -> None:
+    def _take(self, raw: bytes, message: Any, sent: int) -> None:
         self.heard = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
         self.place.take_localised(message)
 

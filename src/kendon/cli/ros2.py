@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -25,11 +26,14 @@ from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
 from kendon.robots.base import Command, CommandStatus
 from kendon.ros.dds import DOMAINS, DdsNode
+from kendon.ros.ros2_names import remappings
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.sources.bag_people import BagOptions
+from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
 
 EPILOG = """
@@ -40,12 +44,20 @@ EPILOG = """
 `kendon ros2 --robot goal_pose` · and let a robot with Nav2 greet them
 
 `kendon ros2 --robot cmd_vel --robot-face 0.1,0,1.1 --record greeting.mcap` · ros2_control; recorded
+
+`kendon ros2 --robot goal_pose /odom:=/my_robot/odom /goal_pose:=/my_robot/goal` · other names
 """
 #: Whoever waits for nobody is told so after this [s].
-_PATIENCE = 3.0
+_SPEAKS_AFTER = 3.0
+#: Nobody waits longer for a message [s].
+MAX_LATENESS = 60.0
 
 
 def ros2_command(
+    topics: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME:=OTHER]...", help="Topics with another name, as in ROS."),
+    ] = None,
     domain: Annotated[
         int, typer.Option(envvar="ROS_DOMAIN_ID", help="DDS's number of the network of nodes.")
     ] = 0,
@@ -74,6 +86,9 @@ def ros2_command(
     leash: Annotated[
         float | None, typer.Option(help="Drive no farther than this from the start [m].")
     ] = None,
+    lateness: Annotated[
+        float, typer.Option(help="So late messages may be to count [s], as over a slow network.")
+    ] = PATIENCE,
     robot_face: RobotFaceOption = "0,0,1.2",
     camera_pose: CameraPoseOption = "0,0,1.2",
 ) -> None:
@@ -82,6 +97,10 @@ def ros2_command(
         raise ParameterError(f"--domain lies between 0 and {DOMAINS[-1]}, not {domain}")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ParameterError(f"--seconds is more than 0, not {seconds:g}")
+    if not 0 < lateness <= MAX_LATENESS:
+        raise ParameterError(
+            f"--lateness is more than 0, and at most {MAX_LATENESS:g} s, not {lateness:g}"
+        )
     face = point("--robot-face", robot_face)
     options = BagOptions(base, source_options(camera_pose, None, None, None).camera)
     greeting_model = load_model(model)
@@ -89,53 +108,74 @@ def ros2_command(
     settings = None
     if robot is not None:
         settings = Ros2Settings(robot, world=world, face=face, leash=leash)
-    transport = DdsNode(domain)
+    transport = DdsNode(domain, remappings(topics or []))
     recorder = Recorder(record) if record else None
-    node = Ros2Node(transport, greeting_model, options=options, face=face, recorder=recorder)
+    node = Ros2Node(
+        transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness
+    )
     if settings is not None:
         greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
         node.greet_with(greeter, behaviour)
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    stop = _Stop()
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        _run(node, domain, seconds)
+        _run(node, domain, seconds, stop)
+    except KeyboardInterrupt:
+        err.print("stopped at once", style="dim")
     finally:
         node.close()
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-def _run(node: Ros2Node, domain: int, seconds: float | None) -> None:
+class _Stop:
+    """Ctrl-C, and SIGTERM: the step in hand is finished, so that nothing is told by halves."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Ask for it; the second time at once."""
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+
+def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> None:
     began = time.monotonic()
-    told_notes = 0
+    noted: set[str] = set()
     waiting = ""
     phases: dict[str, Phase] = {}
     going: list[Command] = []
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
-    try:
-        for told, moments in node.run():
-            for one in told:
-                _show(one, phases)
-            for moment in moments:
-                for command in moment.commands:
-                    out.print(f"  robot  {command}", highlight=False, markup=False)
-                    going.append(command)
-            for command in [command for command in going if not command.running]:
-                going.remove(command)
-                if command.status is CommandStatus.FAILED:
-                    note(f"{command} failed: {command.reason}")
-            notes = node.notes
-            for sentence in notes[told_notes:]:
+    for told, moments in node.run():
+        for one in told:
+            _show(one, phases)
+        for moment in moments:
+            for command in moment.commands:
+                out.print(f"  robot  {command}", highlight=False, markup=False)
+                going.append(command)
+        for command in [command for command in going if not command.running]:
+            going.remove(command)
+            if command.status is CommandStatus.FAILED:
+                note(f"{command} failed: {command.reason}")
+        for sentence in node.notes:
+            if sentence not in noted:
+                noted.add(sentence)
                 note(sentence)
-            told_notes = max(told_notes, len(notes))
-            passed = time.monotonic() - began
-            if passed > _PATIENCE and node.waiting not in ("", waiting):
-                waiting = node.waiting
-                note(f"waiting: {waiting}")
-            if seconds is not None and passed >= seconds:
-                break
-    except KeyboardInterrupt:
-        err.print("stopped", style="dim")
+        passed = time.monotonic() - began
+        if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
+            waiting = node.waiting
+            note(f"waiting: {waiting}")
+        if stop.asked:
+            err.print("stopped", style="dim")
+            break
+        if seconds is not None and passed >= seconds:
+            break
+    if node.late:
+        note(f"frames left out as they came too late: {node.late}")
     if seconds is not None and node.waiting:
         raise DataError(node.waiting)
 

@@ -78,16 +78,20 @@ class Driving:
 
     def finish(self, robot: Robot, command: Command) -> None:
         """End the robot's drive or turn if it has arrived or can get no farther."""
-        base, keep = self.base, self.clearance.keep
-        if base.arrived:
-            reason = self._moved_goal if command.kind is CommandKind.GO_TO else ""
-            if base.off_goal > base.position_tolerance:
-                reason = f"the person has come within {keep:g} m of the goal"
-            base.aim()
-            robot.succeed(command, reason)
-        elif base.blocked >= BLOCKED_SECONDS:
-            base.aim()
+        if self.base.arrived:
+            self.arrive(robot, command)
+        elif self.base.blocked >= BLOCKED_SECONDS:
+            self.base.aim()
             robot.fail(command, f"the person has barred the way for {BLOCKED_SECONDS:g} s")
+
+    def arrive(self, robot: Robot, command: Command) -> None:
+        """End the robot's drive or turn where it is: as done, and with what fell short of it."""
+        base = self.base
+        reason = self._moved_goal if command.kind is CommandKind.GO_TO else ""
+        if base.off_goal > base.position_tolerance:
+            reason = f"the person has come within {self.clearance.keep:g} m of the goal"
+        base.aim()
+        robot.succeed(command, reason)
 
     def refuse_far(self, what: str, x: float, y: float, z: float = 0.0) -> None:
         """Refuse a point that is too far away to be meant.

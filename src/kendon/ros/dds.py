@@ -7,13 +7,13 @@ Who publishes what is learnt by DDS's own discovery, and a reader asks for what 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from kendon.errors import KendonError, MissingExtraError, ParameterError
 from kendon.ros.dds_types import ros_name, sample_type, wrapped
 from kendon.ros.ros2_transport import Callback, Fields, Offer
-from kendon.ros.ros2_types import build, type_store
+from kendon.ros.ros2_types import build, prepare_codec, type_store
 
 #: The domains whose ports exist on every system (DDSI-RTPS 9.6.1: 7400 + 250 d < 65536).
 DOMAINS = range(233)
@@ -41,6 +41,7 @@ class DdsNode:
 
     Args:
         domain: DDS's number of the network of nodes, ROS_DOMAIN_ID.
+        names: what topics are called on the network, where that is not what they are called here.
 
     Raises:
         MissingExtraError: cyclonedds or rosbags is not installed.
@@ -48,7 +49,7 @@ class DdsNode:
         KendonError: DDS does not start, for example for want of a network.
     """
 
-    def __init__(self, domain: int = 0) -> None:
+    def __init__(self, domain: int = 0, names: Mapping[str, str] | None = None) -> None:
         if domain not in DOMAINS:
             raise ParameterError(f"DDS's domains are 0 to {DOMAINS[-1]}, not {domain}")
         try:
@@ -57,6 +58,8 @@ class DdsNode:
             raise MissingExtraError("ROS 2 over DDS", "ros2", "cyclonedds") from error
         type_store()
         self.domain = domain
+        self._names = names or {}
+        self._inner = {other: name for name, other in self._names.items()}
         self.notes: list[str] = []  # what a user should know, one sentence each
         self.lost = 0  # messages that DDS knows to have been sent, but could not get
         try:
@@ -84,17 +87,17 @@ class DdsNode:
         """What others publish at present, by topic."""
         self._discover(self._discovery, self._note_offer, self._offers)
         self._count_lost()
-        return {topic: next(iter(found.values())) for topic, found in self._offers.items() if found}
+        return {topic: next(iter(found.values())) for topic, found in self._offers.items()}
 
     def asked(self) -> dict[str, str]:
         """The topics that others read at present, and as what message type."""
 
         def note(sample: Any) -> None:
             kind = ros_name(sample.type_name)
-            self._asked.setdefault(sample.topic_name[2:], {})[sample.key] = kind
+            self._asked.setdefault(self._known_as(sample), {})[sample.key] = kind
 
         self._discover(self._readers_about, note, self._asked)
-        return {topic: next(iter(found.values())) for topic, found in self._asked.items() if found}
+        return {topic: next(iter(found.values())) for topic, found in self._asked.items()}
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
         """Read a topic; `callback` is given its messages in `spin`."""
@@ -110,6 +113,7 @@ class DdsNode:
     def unsubscribe(self, topic: str) -> None:
         """Stop reading a topic."""
         self._wait.detach(self._readers.pop(topic).unread)  # DDS closes what nobody refers to
+        self._release(topic)
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
         """Announce a topic, so that readers find it before the first message."""
@@ -144,6 +148,7 @@ class DdsNode:
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
         self._writers.pop(topic, None)
+        self._release(topic)
 
     def spin(self, seconds: float) -> int:
         """Wait for messages up to so long, and hand out those that came; returns how many."""
@@ -153,19 +158,30 @@ class DdsNode:
             self._wait.wait(duration(seconds=max(seconds, 1e-6)))
         else:
             time.sleep(seconds)
-        count = 0
+        came = []
+        for topic, one in self._readers.items():
+            samples = one.reader.take(N=READ_DEPTH)
+            if len(samples) == READ_DEPTH:
+                self._note(f"Messages of {topic} come faster than they can be read: some are lost.")
+            came += [
+                (sample.sample_info.source_timestamp, topic, sample.raw)
+                for sample in samples
+                if sample.sample_info.valid_data
+            ]
+        # Of what has come since the last time, on whatever topics, first what was sent first.
+        came.sort(key=lambda sample: sample[0])
         store = type_store()
-        for topic, (reader, _, kind, callback) in list(self._readers.items()):
-            for sample in reader.take(N=READ_DEPTH):
-                if topic in self._readers and sample.sample_info.valid_data:
-                    count += 1
-                    try:
-                        message = store.deserialize_cdr(sample.raw, kind)
-                    except Exception:  # a text that is no UTF-8, for one
-                        self._note_misfit(topic, kind)
-                        continue
-                    callback(sample.raw, message)
-        return count
+        for sent, topic, raw in came:
+            if topic not in self._readers:
+                continue
+            _, _, kind, callback = self._readers[topic]
+            try:
+                message = store.deserialize_cdr(raw, kind)
+            except Exception:  # a text that is no UTF-8, for one
+                self._note_misfit(topic, kind)
+                continue
+            callback(raw, message, sent)
+        return len(came)
 
     def close(self) -> None:
         """Leave the domain; others see at once that this node is gone."""
@@ -200,8 +216,10 @@ class DdsNode:
                 return
             for sample in samples:
                 if sample.sample_info.instance_state != self._alive:
-                    for found in known.values():
-                        found.pop(sample.key, None)
+                    for topic in [topic for topic, found in known.items() if sample.key in found]:
+                        del known[topic][sample.key]
+                        if not known[topic]:
+                            del known[topic]
                 elif sample.topic_name.startswith("rt/") and sample.participant_key != mine:
                     note(sample)
             if len(samples) < 100:
@@ -218,13 +236,25 @@ class DdsNode:
             reliability is not None and reliability != Policy.Reliability.BestEffort,
             durability is not None and durability != Policy.Durability.Volatile,
         )
-        self._offers.setdefault(sample.topic_name[2:], {})[sample.key] = offer
+        self._offers.setdefault(self._known_as(sample), {})[sample.key] = offer
+
+    def _known_as(self, sample: Any) -> str:
+        """The name here of a topic of the network, where another one may be called so."""
+        name = sample.topic_name[2:]
+        return self._inner.get(name, f"{name} (not used)" if name in self._names else name)
+
+    def _release(self, topic: str) -> None:
+        if topic not in self._writers and topic not in self._readers:
+            self._topics.pop(topic, None)
 
     def _topic(self, name: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
         if name not in self._topics:
-            self._topics[name] = Topic(self._participant, f"rt{name}", sample_type(kind))
+            self._topics[name] = Topic(
+                self._participant, f"rt{self._names.get(name, name)}", sample_type(kind)
+            )
+            prepare_codec(kind)
         return self._topics[name]
 
 

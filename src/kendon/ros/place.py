@@ -33,7 +33,7 @@ class RobotPlace:
         self.known = False  # whether anything was told
         self.world = WORLDS[0]  # the name of the frame in which the poses are
         self._edges: dict[str, tuple[str, float, Pose2D]] = {}  # child -> parent, stamp, pose
-        self._by_frames = False
+        self.by_frames = False  # whether frames tell it, and poses no longer count
         self._stamps: deque[float] = deque(maxlen=_KEPT)
         self._poses: deque[Pose2D] = deque(maxlen=_KEPT)
         self._lock = threading.Lock()
@@ -69,7 +69,7 @@ class RobotPlace:
 
     def take_localised(self, message: Any) -> None:
         """Take in a PoseWithCovarianceStamped, as on ``/amcl_pose``."""
-        if not self._by_frames:
+        if not self.by_frames:
             pose = message.pose.pose
             self._remember(seconds(message.header.stamp), _planar(pose.position, pose.orientation))
 
@@ -83,8 +83,8 @@ class RobotPlace:
             self._edges[child] = parent, 0.0 if static else seconds(told.header.stamp), pose
             moved = moved or child in self.bases or child in WORLDS
         if moved and (found := self._by_way_of_frames()):
-            if not self._by_frames:
-                self._by_frames = True
+            if not self.by_frames:
+                self.by_frames = True
                 self._forget()  # the origins of the two ways may differ
             stamp, self.world, pose = found
             self._remember(stamp, pose)

@@ -18,9 +18,11 @@ from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import Drive, Ros2Robot, Ros2Settings
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import Drive, Ros2Settings
 from kendon.ros.ros2_transport import Callback, Fields, Offer
 from kendon.sources.bag_people import BagOptions
+from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
 
 #: What may be read; the graph of a big robot has hundreds of other topics.
@@ -120,7 +122,7 @@ class RclpyTransport:
 
         def take(raw: bytes) -> None:
             self._count += 1
-            callback(raw, self._bytes.deserialize_message(raw, kind))
+            callback(raw, self._bytes.deserialize_message(raw, kind), 0)
 
         qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
         self._subscriptions[topic] = self._node.create_subscription(
@@ -187,12 +189,17 @@ def main() -> None:
     options = BagOptions(told("base", "") or None)
     drive, tree = told("robot", ""), told("tree", "")
     model, world = load_model(told("model", DEFAULT_MODEL)), told("world", "")
-    record = told("record", "")
+    record, leash = told("record", ""), told("leash", -1.0)  # less than 0: none
     transport = RclpyTransport(handle)
     recorder = Recorder(Path(record)) if record else None
-    node = Ros2Node(transport, model, options=options, face=(x, y, z), recorder=recorder)
+    node = Ros2Node(
+        transport, model, options=options, face=(x, y, z), recorder=recorder,
+        patience=told("lateness", PATIENCE),
+    )  # fmt: skip
     if drive:
-        settings = Ros2Settings(Drive(drive), world=world, face=(x, y, z))
+        settings = Ros2Settings(
+            Drive(drive), world=world, face=(x, y, z), leash=leash if leash >= 0 else None
+        )
         robot = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
         node.greet_with(robot, GreetingTree(tree) if tree else None)
     log = handle.get_logger()

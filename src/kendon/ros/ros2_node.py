@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import importlib
+import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
@@ -14,9 +16,12 @@ from kendon.geometry import Vec3
 from kendon.greeter import Flow, Moment
 from kendon.models import GreetingModel
 from kendon.observations import FEATURES
+from kendon.ros.arrivals import Arrivals
+from kendon.ros.ros2_names import STATE
 from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_robot import HeardPlace, Ros2Robot
+from kendon.ros.ros2_robot import Ros2Robot
+from kendon.ros.ros2_settings import HeardPlace
 from kendon.ros.ros2_transport import Fields, Offer, Transport
 from kendon.ros.ros2_types import (
     BELIEF,
@@ -28,11 +33,9 @@ from kendon.ros.ros2_types import (
     header_fields,
 )
 from kendon.sources.bag_people import BagOptions
-from kendon.sources.live_people import HeardFrame
+from kendon.sources.live_people import PATIENCE, HeardFrame
 from kendon.trees import GreetingTree
 
-#: The most probable phase of whoever has been there longest, as its number (thesis 4.1.1).
-STATE = "/state"
 #: The message types of topics that are known; of others only the publisher's word is.
 KINDS: Mapping[str, str] = {
     FACES: FACE,
@@ -48,6 +51,10 @@ _ENDINGS = {
     "body_id": STRING,
     "alias": STRING,
 }
+#: Messages that were taken in so long after they came are more than the computer can do [ns].
+BEHIND = 1_000_000_000
+#: So many of the robot's commands are remembered.
+_LOGGED = 100
 #: The topics of somebody who is gone stay for so long, until all have read the last word [ns].
 LINGER = 5_000_000_000
 _NANO = 1e-9
@@ -62,6 +69,7 @@ class Ros2Node:
         options: what is known of the robot's frames.
         face: the robot's face in its base frame [m].
         recorder: is given all messages heard and told.
+        patience: how late messages may be [s].
         clock: when messages are received, by [ns].
     """
 
@@ -73,16 +81,19 @@ class Ros2Node:
         options: BagOptions | None = None,
         face: Vec3 = ROBOT_FACE,
         recorder: Recorder | None = None,
+        patience: float = PATIENCE,
         clock: Callable[[], int] = time.time_ns,
     ) -> None:
         self.transport = transport
         self.place = HeardPlace((options or BagOptions()).base)
-        self.reader = PeopleReader(model, options, face, self.place, self._on_frame)
+        self.reader = PeopleReader(model, options, face, self.place, self._on_frame, patience)
         self.robot: Ros2Robot | None = None
         self._recorder = recorder
         self._clock = clock
         self._open = True
-        self._newest = 0  # [ns], the last time of receipt
+        self._arrivals = Arrivals()
+        self._late = 0  # frames that came too late for the robot
+        self._behind = False  # whether ever more came than could be taken in
         self._heard: dict[str, Offer] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be read, and why
         self._leaving: list[tuple[int, str]] = []  # topics of people gone, and since when [ns]
@@ -90,7 +101,8 @@ class Ros2Node:
         self._moments: list[Moment] = []
         self._flow: Flow | None = None
         self._shift = 0.0  # [s], from the frames' time to the flow's
-        self._flow_at = 0.0  # [s], the flow's time
+        self._flow_at = -math.inf  # [s], the flow's time
+        importlib.import_module("scipy.spatial.transform")  # half a second, before anybody comes
         transport.advertise(STATE, STRING)
 
     def greet_with(self, robot: Ros2Robot, tree: GreetingTree | None = None) -> None:
@@ -101,7 +113,20 @@ class Ros2Node:
     @property
     def notes(self) -> list[str]:
         """What a user should know, one sentence each."""
-        return [*self.reader.notes, *self._refused.values(), *self.transport.notes]
+        notes = [*self.reader.notes, *self._refused.values(), *self.transport.notes]
+        if self.late:
+            notes.append(
+                f"Frames come more than {self.reader.hold * _NANO:g} s late, and are left out"
+                " (--lateness waits longer)."
+            )
+        if self._behind:
+            notes.append("This computer is too slow for all that is heard: beliefs are late.")
+        return notes
+
+    @property
+    def late(self) -> int:
+        """Frames that were left out, as they came too late."""
+        return self.reader.late + self._late
 
     @property
     def waiting(self) -> str:
@@ -147,22 +172,33 @@ class Ros2Node:
 
     def _step(self) -> tuple[list[Told], list[Moment]]:
         self._follow_offers()
-        end = (self._now() // TICK + 1) * TICK
-        while (left := end - self._clock()) > 0:
-            self.transport.spin(left * _NANO)
-        now = self._now()
-        self._tell(self.reader.pass_time(now))
+        now = self._take_in((self._clock() // TICK + 1) * TICK)
+        self._tell(self.reader.pass_time(self._arrivals.newest))
         if self._flow is not None:
             self._pass_flow(self.reader.clock(now))
+            self._flow.shorten_log(_LOGGED)
         self._withdraw(now)
         told, moments = self._told, self._moments
         self._told, self._moments = [], []
         return told, moments
 
-    def _now(self) -> int:
-        """The time by which messages are received; no two have the same."""
-        self._newest = max(self._newest + 1, self._clock())
-        return self._newest
+    def _take_in(self, end: int) -> int:
+        """Take in all that comes until `end`; the time then [ns].
+
+        Time passes for the reader only when all that had come before has been taken in: what
+        waited while this process did not run is not late. The robot's time passes in any case.
+        """
+        while True:
+            now = self._clock()
+            if self.transport.spin(max(0, end - now) * _NANO):
+                if now < end + TICK:
+                    continue
+                self._behind |= now - self._arrivals.newest > BEHIND
+            elif now < end:
+                continue
+            else:
+                self._arrivals.pass_time(now)
+            return now
 
     # ---- in
 
@@ -181,11 +217,11 @@ class Ros2Node:
             self.transport.unsubscribe(topic)
             del self._heard[topic]
 
-    def _hear(self, topic: str, kind: str, raw: bytes, message: Any) -> None:
-        now = self._now()
+    def _hear(self, topic: str, kind: str, raw: bytes, message: Any, sent: int) -> None:
+        came = self._arrivals.take(sent, self._clock())
         if self._recorder is not None:
-            self._recorder.write(topic, kind, now, raw)
-        self._tell(self.reader.hear(topic, message, now))
+            self._recorder.write(topic, kind, came, raw)
+        self._tell(self.reader.hear(topic, message, came))
 
     # ---- the robot
 
@@ -195,7 +231,8 @@ class Ros2Node:
         t = heard.frame.t + self._shift
         if t <= self._flow_at:
             if self._flow_at - t < 1.0:
-                return  # the flow's clock went on without it
+                self._late += 1  # the flow's clock went on without it
+                return
             self._shift += self._flow_at - t + TICK * _NANO
             t = heard.frame.t + self._shift
         frame = replace(heard.frame, t=t, who=number, robot=self.place.at(heard.stamp * _NANO))
@@ -240,7 +277,7 @@ class Ros2Node:
                     self._publish(STATE, STRING, {"data": str(number)})
             if told.observation is None:
                 topics = (f"{person}/engagement_status", f"{own}/observation", f"{own}/belief")
-                self._leaving += [(self._newest, topic) for topic in topics]
+                self._leaving += [(self._arrivals.newest, topic) for topic in topics]
                 if self.robot is not None and self.reader.followed is None:
                     self.robot.stop()
 
@@ -257,4 +294,4 @@ class Ros2Node:
             self._refused[topic] = f"{error}."[0].upper() + f"{error}."[1:]
             return
         if self._recorder is not None:
-            self._recorder.write(topic, kind, self._now(), raw)
+            self._recorder.write(topic, kind, self._arrivals.pass_time(0), raw)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, NamedTuple
 
 from kendon.errors import DataError
 from kendon.features import ROBOT_FACE, Sampler
+from kendon.features.sampler import TOLERANCE
 from kendon.geometry import Vec3
 from kendon.greeter import FORGOTTEN
 from kendon.models import Belief, GreetingModel, Tracker
@@ -34,8 +35,8 @@ FACES = "/faces"
 ODOMETRY = "/odom"
 #: Time passes in such steps [ns]: a tick of the behaviour tree (thesis 4.1.1).
 TICK = 100_000_000
-#: Intervals end so long after their end where no frame tells that they have [ns].
-_HOLD = PATIENCE + 50_000_000
+#: Intervals end so much later than frames wait where no frame tells that they have [ns].
+_MARGIN = 50_000_000
 #: Inside this gaze feature somebody looks at the robot (thesis 3.3.3: the rim of the cone).
 _LOOKING = 1.0
 _NANO = 10**9
@@ -104,6 +105,7 @@ class PeopleReader:
         face: the robot's face in its base frame [m].
         place: told where the robot is.
         on_frame: given every frame of the person who is followed, and which of all it is.
+        patience: how late messages may be [s].
     """
 
     def __init__(
@@ -113,8 +115,9 @@ class PeopleReader:
         face: Vec3 = ROBOT_FACE,
         place: RobotPlace | None = None,
         on_frame: Callable[[HeardFrame, int], None] | None = None,
+        patience: float = PATIENCE,
     ) -> None:
-        self.people = LivePeople(options)
+        self.people = LivePeople(options, patience)
         self.place = place or RobotPlace((options or BagOptions()).base)
         self.frames = 0  # that were heard
         self.model = model
@@ -124,6 +127,7 @@ class PeopleReader:
         self._faces: dict[str, StreamClock] = {}  # by the faces' ids
         self._faces_zero: float | None = None  # [s]
         self._notes: list[str] = []
+        self._late = 0  # frames of intervals that had been told
         self._readings: list[_Reading] = []  # in the order in which they came
         self._count = 0  # of all people so far
         self._next: int | None = None  # [ns], when the next step of time is
@@ -143,7 +147,7 @@ class PeopleReader:
     @property
     def late(self) -> int:
         """Frames that were left out, as they came too late."""
-        return self.people.late + sum(clock.late for clock in self._faces.values())
+        return self._late + self.people.late + sum(clock.late for clock in self._faces.values())
 
     @property
     def followed(self) -> str | None:
@@ -158,7 +162,7 @@ class PeopleReader:
     @property
     def hold(self) -> int:
         """So long frames may be under way [ns]."""
-        return _HOLD + self.people.order
+        return self.people.patience + _MARGIN + self.people.order
 
     def hear(self, topic: str, message: Any, received: int) -> list[Told]:
         """Take in a message, as a ROS library gives it.
@@ -192,26 +196,44 @@ class PeopleReader:
             self._next = (now // TICK + 1) * TICK
         told: list[Told] = []
         while self._next <= now:
-            told += self._take_frames(self._next)
+            told += self._take_frames(self._next, max(1, self.clock(self._next) - self.hold))
             told += self._step(self._next)
             self._next += TICK
         return told
 
-    def _take_frames(self, now: int) -> list[Told]:
+    def _take_frames(self, now: int, ending: int = 0) -> list[Told]:
+        """Take in the frames that are complete of those whose intervals they, or the time, end.
+
+        Args:
+            now: the time of receipt [ns].
+            ending: intervals that end before this stamp do so in any case; 0 = none does [ns].
+        """
+
+        def due(person: Person) -> int:
+            known = self._known(person)
+            if known is None or (self._on_frame and known is self._readings[0]):
+                return -1  # the robot looks at whom it follows frame by frame
+            end = known.sampler.next_end + TOLERANCE
+            stamp = known.zero + round(end * _NANO) if math.isfinite(end) else -1
+            return stamp if stamp >= ending else -1
+
         return [
             told
-            for heard in self.people.give(now)
+            for heard in self.people.give(now, due, everybody=bool(ending))
             for told in self._take(heard, self.people.start, now)
         ]
 
     def _hear_face(self, message: Any, received: int) -> list[Told]:
         name = message.face_id or "face"
         clock = self._faces.setdefault(name, StreamClock(FACES))
-        restarts = clock.restarts
         t = clock.take(seconds(message.header.stamp), received / _NANO)
         if t is None:
             return []
-        gone = self._all_gone() if clock.restarts > restarts else []
+        if clock.restarts:  # all begins anew, at the new stamps
+            gone = self._all_gone()
+            self._drop_clocks(list(self._faces))
+            self._faces_zero = None
+            return gone + self._hear_face(message, received)
         self._faces_zero = t if self._faces_zero is None else self._faces_zero
         zero, bases = self._faces_zero, self.place.bases
         try:
@@ -220,10 +242,16 @@ class PeopleReader:
             sentence = f"A message of {FACES} is left out: {error}."
             if sentence not in self._notes:
                 self._notes.append(sentence)
-            return gone
+            return []
         start = round(zero * _NANO)
         heard = HeardFrame(Person(name, (name,), ()), start + round(frame.t * _NANO), frame)
-        return gone + self._take(heard, start, received)
+        return self._take(heard, start, received)
+
+    def _drop_clocks(self, names: Iterable[str]) -> None:
+        """Forget the clocks of faces, but not what was said of them."""
+        for clock in map(self._faces.pop, names):
+            self._late += clock.late
+            self._notes += [note for note in clock.notes if note not in self._notes]
 
     def _take(self, heard: HeardFrame, zero: int, now: int) -> list[Told]:
         self.frames += 1
@@ -231,26 +259,34 @@ class PeopleReader:
             self._newest = heard.stamp, now
         self.zero = zero
         reading = self._reading(heard.person, zero)
+        sampler = reading.sampler
+        if heard.frame.t <= sampler.next_end - sampler.period + TOLERANCE:
+            self._late += 1
+            return []
         if heard.frame.seen:
             reading.seen = heard.frame.t
         if self._on_frame and reading is self._readings[0]:
             self._on_frame(heard, reading.number)
-        return [self._observe(reading, o) for o in reading.sampler.push(heard.frame)]
+        return [self._observe(reading, o) for o in sampler.push(heard.frame)]
 
     def _reading(self, person: Person, zero: int) -> _Reading:
-        for reading in self._readings:
-            if reading.ids & person.ids:
-                reading.ids |= person.ids
-                return reading
+        known = self._known(person)
+        if known is not None:
+            known.ids = person.ids
+            return known
         self._count += 1
         anonymous = person.name in (*person.faces, *person.bodies)
         name = _NO_NAME.sub("_", person.name)
         name = f"anonymous_person_{name}" if anonymous else name
         made = _Reading(
-            name, set(person.ids), Sampler(self._face), self.model.tracker(), zero, self._count
+            name, person.ids, Sampler(self._face), self.model.tracker(), zero, self._count
         )
         self._readings.append(made)
         return made
+
+    def _known(self, person: Person) -> _Reading | None:
+        ids = person.ids
+        return next((one for one in self._readings if not ids.isdisjoint(one.ids)), None)
 
     def _step(self, now: int) -> list[Told]:
         told: list[Told] = []
@@ -260,6 +296,7 @@ class PeopleReader:
             # Never placed counts as never seen: such a reading lasts while frames come.
             if t - reading.seen > FORGOTTEN or (math.isnan(reading.seen) and self._silent(now)):
                 self._readings.remove(reading)
+                self._drop_clocks(reading.ids & self._faces.keys())
                 told.append(self._gone(reading))
         return told
 

@@ -24,7 +24,8 @@ class Recorder:
         path: of the file.
 
     Raises:
-        DataError: the file has another ending, exists already, or its folder does not.
+        DataError: the file has another ending, exists already, or its folder does not or cannot
+            be written in.
         MissingExtraError: rosbags is not installed.
     """
 
@@ -40,7 +41,10 @@ class Recorder:
 
         self._path = path
         # rosbags writes a folder; the file in it is a whole recording when it is finished.
-        self._folder = Path(tempfile.mkdtemp(prefix=f".{path.stem}-", dir=path.parent))
+        try:
+            self._folder = Path(tempfile.mkdtemp(prefix=f".{path.stem}-", dir=path.parent))
+        except OSError as error:
+            raise DataError(f"cannot be recorded into ({error.strerror})", file=path) from None
         inner = self._folder / "bag"
         self._writer = Writer(inner, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()

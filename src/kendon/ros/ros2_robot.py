@@ -9,17 +9,15 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any
 
-from kendon.errors import KendonError, ParameterError, RobotError
+from kendon.errors import KendonError, RobotError
 from kendon.geometry import Pose2D, Vec3, wrap_angle
 from kendon.robots.base import Command, CommandKind, Robot
-from kendon.robots.clearance import Clearance
-from kendon.robots.drive import BaseLimits, UnicycleBase
+from kendon.robots.drive import UnicycleBase
+from kendon.robots.driving import Driving
 from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS, SPEECH_RATE
-from kendon.ros.place import WORLDS, RobotPlace
+from kendon.ros.ros2_settings import Drive, HeardPlace, Ros2Settings
 from kendon.ros.ros2_transport import Fields, Transport
 from kendon.ros.ros2_types import STRING, header_fields, stamp_fields
 
@@ -39,65 +37,6 @@ STUCK_SECONDS = 10.0
 SILENT_SECONDS = 1.0
 #: Before a drive has begun, standing is no arrival [s]: a planner takes its time.
 STARTS_WITHIN = 1.0
-
-
-class Drive(StrEnum):
-    """How the base is driven."""
-
-    GOAL_POSE = "goal_pose"  # Nav2 plans and drives; it also knows of obstacles
-    CMD_VEL = "cmd_vel"  # kendon's own approach controller; it knows of the person alone
-
-
-@dataclass(frozen=True)
-class Ros2Topics:
-    """Where a robot listens."""
-
-    goal: str = "/goal_pose"
-    velocity: str = "/cmd_vel"
-    look: str = "/look_at"
-    gesture: str = "/gesture"
-    say: str = "/say"
-    express: str = "/expression"
-
-
-@dataclass(frozen=True)
-class Ros2Settings:
-    """What is known of a robot."""
-
-    drive: Drive = Drive.GOAL_POSE
-    topics: Ros2Topics = field(default_factory=Ros2Topics)
-    world: str = ""  # the frame in which goals are given; empty = that of the robot's place
-    face: Vec3 = (0.0, 0.0, 1.2)  # in the base frame [m]
-    limits: BaseLimits = field(default_factory=BaseLimits)  # for `Drive.CMD_VEL`
-    keep_distance: float = 1.0  # [m] from the person (thesis 4.1.2)
-    leash: float | None = None  # [m] from where it started; 0 only turns, None is free
-    position_tolerance: float = 0.25  # [m], Nav2's own (nav2_controller)
-    yaw_tolerance: float = 0.25  # [rad], likewise
-
-    def __post_init__(self) -> None:
-        for name in ("keep_distance", "position_tolerance", "yaw_tolerance"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ParameterError(f"{name} is a finite number, at least 0, not {value}")
-
-
-class HeardPlace(RobotPlace):
-    """Where the robot is, and how often that was told: the base's sign of life."""
-
-    told = 0
-
-    def take_localised(self, message: Any) -> None:
-        """Take in a message with a pose, such as an Odometry."""
-        super().take_localised(message)
-        if not self._by_frames:
-            self.world = message.header.frame_id.lstrip("/") or self.world
-        self.told += 1
-
-    def take_transforms(self, message: Any, *, static: bool = False) -> None:
-        """Take in the transforms of a message of ``/tf`` or ``/tf_static``."""
-        super().take_transforms(message, static=static)
-        frames = (*self.bases, *WORLDS)
-        self.told += any(t.child_frame_id.lstrip("/") in frames for t in message.transforms)
 
 
 class Ros2Robot(Robot):
@@ -125,11 +64,10 @@ class Ros2Robot(Robot):
         self._transport = transport
         self._place = place
         self._clock = clock
-        self._base: UnicycleBase | None = None  # from the first known pose on
+        self._driving: Driving | None = None  # from the first known pose on
         self._readers: Mapping[str, str] = {}
         self._until: dict[CommandKind, float] = {}  # [s], when timed commands end
         self._still = (Pose2D(0.0, 0.0, 0.0), 0.0)  # a pose, and since when it has not changed
-        self._moved_goal = ""  # why the goal being driven to is not the one asked for
         self._told_at = 0.0  # [s], when the base was last told of a goal
         self._odometry = (0, 0.0)  # how many poses were heard, and when the last one was new [s]
         topics = self.settings.topics
@@ -158,8 +96,8 @@ class Ros2Robot(Robot):
 
     def close(self) -> None:
         """Stop the base at once; nothing brakes it any more afterwards."""
-        if self._base is not None:
-            self._base.aim()
+        if self._driving is not None:
+            self._driving.base.aim()
             with contextlib.suppress(RobotError):  # it cannot be told, and nobody is left to hear
                 self._halt_now()
 
@@ -168,18 +106,12 @@ class Ros2Robot(Robot):
     def _send(self, command: Command) -> dict[str, Any]:
         kind, asked = command.kind, command.asked
         sent = dict(asked)
-        if kind is CommandKind.GO_TO:
-            base = self._located()
-            base.clearance.observe(self.person, self.time)
-            sent["goal"], self._moved_goal = base.clearance.clip(base.x, base.y, asked["goal"])
-            base.aim(goal=sent["goal"])
-            self._tell_goal(sent["goal"])
-        elif kind is CommandKind.TURN_TO:
-            base = self._located()
-            base.aim(heading=asked["yaw"])
-            self._tell_goal(Pose2D(base.x, base.y, asked["yaw"]))
+        if kind in (CommandKind.GO_TO, CommandKind.TURN_TO):
+            driving = self._located()
+            sent = driving.send(command, self.person, self.time)
+            self._tell_goal(_goal(sent, driving.base))
         elif kind is CommandKind.STOP:
-            if self._base is not None:
+            if self._driving is not None:
                 self._stand()
         else:
             self._until[kind] = self.time + self._say(kind, asked)
@@ -192,9 +124,9 @@ class Ros2Robot(Robot):
     def _advance(self, dt: float) -> None:
         self._readers = self._transport.asked()
         self._locate()
-        if self._base is not None and self.settings.drive is Drive.CMD_VEL:
+        if self._driving is not None and self.settings.drive is Drive.CMD_VEL:
             try:
-                self._steer(self._base, dt)
+                self._steer(self._driving, dt)
             except RobotError as trouble:
                 for kind in (CommandKind.GO_TO, CommandKind.TURN_TO, CommandKind.STOP):
                     if command := self.running(kind):
@@ -209,29 +141,30 @@ class Ros2Robot(Robot):
 
     # ---- the base
 
-    def _located(self) -> UnicycleBase:
-        """The base where it was last told to be.
+    def _located(self) -> Driving:
+        """What drives the base from where it was last told to be.
 
         Raises:
             RobotError: that was never told.
         """
         self._locate()
-        if self._base is None:
+        if self._driving is None:
             raise RobotError("nobody tells where the robot is (odometry, or its base in /tf)")
-        return self._base
+        return self._driving
 
     def _locate(self) -> None:
         if not self._place.known:
             return
         pose = self.pose
-        if self._base is None:
+        if self._driving is None:
             settings = self.settings
-            self._base = UnicycleBase(
-                pose, settings.limits, Clearance(settings.keep_distance, pose, settings.leash),
+            self._driving = Driving(
+                pose, settings.limits, settings.keep_distance, settings.leash,
                 settings.position_tolerance, settings.yaw_tolerance,
             )  # fmt: skip
             self._still = pose, self.time
-        self._base.x, self._base.y, self._base.yaw = pose
+        base = self._driving.base
+        base.x, base.y, base.yaw = pose
         rest, _ = self._still
         if rest.distance_to(pose) > STILL or abs(wrap_angle(rest.yaw - pose.yaw)) > STILL:
             self._still = pose, self.time
@@ -243,13 +176,14 @@ class Ros2Robot(Robot):
         """For how long the base has not moved [s]."""
         return self.time - max(self._still[1], self._told_at)
 
-    def _steer(self, base: UnicycleBase, dt: float) -> None:
+    def _steer(self, driving: Driving, dt: float) -> None:
         """One step of the approach controller from where the base really is."""
+        base = driving.base
         if base.standing and base.goal is None and base.heading is None:
             if self.running(CommandKind.STOP):
                 self._tell_speeds(0.0, 0.0)  # whoever drove it until now
             return
-        base.clearance.observe(self.person, self.time)
+        driving.clearance.observe(self.person, self.time)
         if self.time - self._odometry[1] > STILL_SECONDS:
             self._halt_now()  # blind
             return
@@ -278,23 +212,23 @@ class Ros2Robot(Robot):
 
     def _stand(self) -> None:
         """Bring the base to a stand: a goal where it is, or braking."""
-        base = self._located()
-        base.aim()
+        self._located().base.aim()
         self._tell_goal(self.pose)
 
     def _halt_now(self) -> None:
-        assert self._base is not None
-        self._base.speed = self._base.turn_rate = 0.0
+        base = self._located().base
+        base.speed = base.turn_rate = 0.0
         if self.settings.drive is Drive.CMD_VEL:
             self._tell_speeds(0.0, 0.0)
         else:
             self._tell_goal(self.pose)
 
     def _follow_base(self, command: Command) -> None:
-        base = self._base
-        if base is None:
+        driving = self._driving
+        if driving is None:
             self.succeed(command)  # a stop of what never moved
             return
+        base = driving.base
         topics = self.settings.topics
         topic = topics.goal if self.settings.drive is Drive.GOAL_POSE else topics.velocity
         there = topic in self._readers
@@ -310,17 +244,12 @@ class Ros2Robot(Robot):
             if still and base.standing:
                 self.succeed(command)
             return
-        goal = command.sent.get("goal", Pose2D(base.x, base.y, command.asked.get("yaw", 0.0)))
         off = 0.0 if command.kind is CommandKind.TURN_TO else base.off_goal
-        turned = abs(wrap_angle(goal.yaw - base.yaw)) <= base.yaw_tolerance
+        turned = abs(wrap_angle(_goal(command.sent, base).yaw - base.yaw)) <= base.yaw_tolerance
         near = off <= base.position_tolerance and turned
         begun = self._still[1] > self._told_at or self._standing_for >= STARTS_WITHIN
         if (near and still and begun) or (base.arrived and still):
-            reason = self._moved_goal if command.kind is CommandKind.GO_TO else ""
-            if off > base.position_tolerance:
-                reason = f"the person has come within {base.clearance.keep:g} m of the goal"
-            base.aim()
-            self.succeed(command, reason)
+            driving.arrive(self, command)
         elif self._standing_for >= STUCK_SECONDS:
             self._try_abort(command)
             self.fail(command, f"the robot has stood still for {STUCK_SECONDS:g} s off its goal")
@@ -353,7 +282,7 @@ class Ros2Robot(Robot):
     def _follow_topic(self, command: Command) -> None:
         topic = self._topics[command.kind]
         # A process that dies stays in DDS's books for seconds; the base's motion is told till then.
-        moving = self._base is None or self._odometry[1] > command.heard
+        moving = self._driving is None or self._odometry[1] > command.heard
         if topic in self._readers and moving:
             self.hear(command)
         lost = self.time - command.heard
@@ -370,3 +299,9 @@ class Ros2Robot(Robot):
             self._transport.publish(topic, kind, fields)
         except KendonError as error:
             raise RobotError(str(error)) from None
+
+
+def _goal(sent: Mapping[str, Any], base: UnicycleBase) -> Pose2D:
+    """Where a drive or a turn is to end."""
+    goal: Pose2D = sent.get("goal") or Pose2D(base.x, base.y, sent.get("yaw", 0.0))
+    return goal

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, Protocol
 
 #: What a message is made from: values by field names, messages within it likewise.
 Fields = Mapping[str, Any]
-#: Takes a message as it came (CDR) and as an object with the fields of its type.
-Callback = Callable[[bytes, Any], None]
+#: Takes a message as it came (CDR), as an object with the fields of its type, and when it was sent
+#: by its sender's clock, 0 = unknown [ns].
+Callback = Callable[[bytes, Any, int], None]
 
 
 class Offer(NamedTuple):
@@ -56,7 +57,10 @@ class Transport(Protocol):
         """Publish a topic no more."""
 
     def spin(self, seconds: float) -> int:
-        """Wait for messages up to so long, and hand out those that came; returns how many."""
+        """Wait for messages up to so long, and hand out those that came; returns how many.
+
+        None at all means that all that had come when it was called has been handed out.
+        """
 
     def close(self) -> None:
         """Leave; others see at once that this node is gone."""

@@ -68,6 +68,13 @@ def build(kind: str, fields: Fields) -> Any:
     return store.types[kind](**values)
 
 
+@functools.cache
+def prepare_codec(kind: str) -> None:
+    """Let rosbags make its code for a message type now: at the first message it takes 0.1 s."""
+    store = type_store()
+    store.deserialize_cdr(store.serialize_cdr(build(kind, {}), kind), kind)
+
+
 def _value(given: Any, field: Any) -> Any:
     """The value of a field as rosbags describes it: (kind of node, what it is of)."""
     from rosbags.interfaces import Nodetype

@@ -176,6 +176,10 @@ class PeopleReading:
         frame = f"face_{first.faces[0]}" if first.faces else f"body_{first.bodies[0]}"
         return (self._tree.parents(frame) or [frame])[0]
 
+    def newest(self, person: Person) -> int:
+        """When somebody was last known [ns]."""
+        return max(map(self._tree.newest, _head_frames(person)))
+
     def heads(self, person: Person, after: int = -1) -> tuple[IntArray, list[str]]:
         """When somebody is known, growing [ns], and by which frame each time.
 

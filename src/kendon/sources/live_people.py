@@ -3,12 +3,13 @@
 What a stream gives depends only on its messages and when they came, never on a clock of its own:
 played again from a recording, it gives the same. Messages count at their stamps. A frame waits
 until the transforms and Action Units that are regularly told have come for its stamp, but no
-longer than `PATIENCE`; where faces come out of order, it waits as long as the latest one did.
+longer than its patience; where faces come out of order, it waits as long as the latest one did.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,11 +27,11 @@ from kendon.sources.bag_people import (
 )
 from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
 
-#: A frame waits so long for what is missing about it, by when its messages came [ns].
-PATIENCE = 250_000_000
+#: A frame waits so long for what is missing about it, by when its messages came [s].
+PATIENCE = 0.25
 #: So long the first frames wait for the robot's own frames, which are told by others [ns].
 SETTLING = 1_000_000_000
-#: So long messages are remembered, by their stamps [ns].
+#: So long messages are remembered, by their stamps [ns]; longer where one is more patient.
 MEMORY = 3_000_000_000
 #: Somebody who is tracked for so long without a place is spoken of [ns].
 _UNPLACED = 3_000_000_000
@@ -53,16 +54,19 @@ class LivePeople:
 
     Args:
         options: what is known of the robot's frames.
+        patience: how long a frame waits for what is missing about it [s].
     """
 
-    def __init__(self, options: BagOptions | None = None) -> None:
+    def __init__(self, options: BagOptions | None = None, patience: float = PATIENCE) -> None:
         self.log = HumansLog()
         self.notes: list[str] = []  # what a user should know, one sentence each
         self.order = 0  # [ns], so long frames wait as others came out of order
         self.late = 0  # frames that came after a newer one had been given, and are left out
+        self.patience = round(patience * 10**9)  # [ns]
         self._options = options or BagOptions()
         self._frames: set[str] = set()  # those that the reading knows
         self._people: list[Person] = []
+        self._by_id: dict[str, Person] = {}
         self._new_notes: list[str] = []  # of the reading
         self._said: set[str] = set()  # the notes without their numbers
         self._judged = False  # whether it is known if there are two clocks
@@ -78,6 +82,7 @@ class LivePeople:
         self._forgotten = 0  # [ns], what is older is
         self._placed = False
         self._changed = True
+        self._told: set[str] = set()  # the names of those who may have a frame to give
 
     @property
     def start(self) -> int:
@@ -96,7 +101,7 @@ class LivePeople:
             Whether the clock has been set back: all begins anew.
         """
         try:
-            self.log.take(topic, message, received)
+            self._changed |= self.log.take(topic, message, received)
         except DataError as error:
             self._note(f"{str(error).split(':')[0]}: the clock was set back, all begins anew.")
             self.log.restart()
@@ -104,15 +109,18 @@ class LivePeople:
             return True
         if topic == "/tf":
             self._count_late(message)
-        else:
-            self._changed = True
         return False
 
-    def give(self, now: int) -> list[HeardFrame]:
+    def give(
+        self, now: int, due: Callable[[Person], int] = lambda _: -1, *, everybody: bool = True
+    ) -> list[HeardFrame]:
         """The frames that are complete, each person's in order.
 
         Args:
             now: by the clock that messages are received by [ns].
+            due: the stamp after which there must be one of somebody's before any are wanted [ns]:
+                to place several at once takes no longer than to place one.
+            everybody: otherwise only who was told of since they were last looked at.
 
         Raises:
             DataError: somebody is too far away for metres, or frames are each other's parents.
@@ -123,14 +131,24 @@ class LivePeople:
         self._first = now if self._first is None else self._first
         if now - self._first < SETTLING:
             return []
-        reading = self._read(people)
+        if not everybody:
+            people = [person for person in people if person.name in self._told]
+            if not people:
+                return []
+        reading = self._read(self._people)
         found: list[HeardFrame] = []
         for person in people:
             given = max(self._given.get(i, -1) for i in person.ids)
+            wanted = max(given, due(person))
+            if reading.newest(person) <= wanted:
+                self._told.discard(person.name)
+                continue
             stamps, frames = reading.heads(person, given)
             count = self._complete(reading, person, stamps.tolist(), frames, now)
-            if not count:
+            if not count or stamps[count - 1] <= wanted:
                 continue
+            for key in zip(frames[:count], stamps[:count].tolist(), strict=True):
+                self._waiting.pop(key, None)
             track = reading.track(person, stamps[:count], frames[:count], self._new_notes)
             self._given[person.name] = int(stamps[count - 1])
             found += [
@@ -157,6 +175,8 @@ class LivePeople:
         if frames is not None:
             self._changed = False
             self._people = self.log.people()
+            self._by_id = {i: person for person in self._people for i in person.ids}
+            self._told.update(person.name for person in self._people)
             if frames != self._frames:
                 self._frames, self._reading = frames, None
         return self._people
@@ -193,12 +213,10 @@ class LivePeople:
             if frame.startswith("head_") and person.faces:
                 settle = max(order, FACE_LOST)  # the face may yet be there
             early = stamps[-1] - stamp < settle
-            missing = early or reading.awaited(person, stamp, frame, PATIENCE)
-            if missing and now - since < PATIENCE + order:
+            missing = early or reading.awaited(person, stamp, frame, self.patience)
+            if missing and now - since < self.patience + order:
                 break
             count += 1
-        for stamp, frame in zip(stamps[:count], frames[:count], strict=True):
-            del self._waiting[frame, stamp]
         return count
 
     def _count_late(self, message: Any) -> None:
@@ -207,15 +225,15 @@ class LivePeople:
             if child not in self._frames:
                 self._changed = True
             elif child.startswith(("face_", "head_")):
-                part = child.split("_", 1)[1]
-                for person in self._people:
-                    if part in person.ids:
-                        stamp = nanoseconds(told.header.stamp)
-                        given = max(self._given.get(i, -1) for i in person.ids)
-                        self.late += 0 < stamp < given
+                person = self._by_id.get(child.split("_", 1)[1])
+                if person is not None:
+                    self._told.add(person.name)
+                    stamp = nanoseconds(told.header.stamp)
+                    given = max(self._given.get(i, -1) for i in person.ids)
+                    self.late += 0 < stamp < given
 
     def _forget(self) -> None:
-        before = self._newest - MEMORY
+        before = self._newest - max(MEMORY, 2 * self.patience)
         if before - self._forgotten > MEMORY // 10:
             self._forgotten = before
             self.log.forget(before)

@@ -34,6 +34,8 @@ _SMILE_HOLDS = 200_000_000
 TWO_CLOCKS = 1.0
 #: So many lags are kept when the rest is forgotten.
 _LAGS = 1000
+#: Likewise so many faces and bodies of which it is known whose they are.
+_MATCHES = 1000
 
 _TRANSFORMS = {"/tf": False, "/tf_static": True}
 _TRACKED = re.compile(r"/humans/(faces|bodies|persons)/tracked")
@@ -78,7 +80,7 @@ class HumansLog:
         patterns = (_TRACKED, _MATCH, _FACS_TOPIC)
         return topic in (*_TRANSFORMS, _CANDIDATES) or any(p.fullmatch(topic) for p in patterns)
 
-    def take(self, topic: str, message: Any, received: int) -> None:
+    def take(self, topic: str, message: Any, received: int) -> bool:
         """Take in a message, as a ROS library gives it.
 
         Args:
@@ -86,17 +88,25 @@ class HumansLog:
             message: with the fields of its type.
             received: when it came [ns].
 
+        Returns:
+            Whether it may have told something new of who is there, apart from where.
+
         Raises:
             DataError: the clock of the transforms has gone back.
         """
         if topic in _TRANSFORMS:
             self._take_transforms(message, received, static=_TRANSFORMS[topic])
-        elif tracked := _TRACKED.fullmatch(topic):
-            self._ids[tracked[1]].update(message.ids)
-        elif match := _MATCH.fullmatch(topic):
-            self._take_match(match[1], match[2], message.data)
-        elif face := _FACS_TOPIC.fullmatch(topic):
+            return _TRANSFORMS[topic]
+        if face := _FACS_TOPIC.fullmatch(topic):
+            new = face[1] not in self._ids["faces"]
             self._take_facs(face[1], message)
+            return new
+        if tracked := _TRACKED.fullmatch(topic):
+            new = not self._ids[tracked[1]].issuperset(message.ids)
+            self._ids[tracked[1]].update(message.ids)
+            return new
+        if match := _MATCH.fullmatch(topic):
+            self._take_match(match[1], match[2], message.data)
         elif topic == _CANDIDATES and hasattr(message, "id1_type"):
             ends = [
                 (_KINDS.get(int(kind), ""), str(name))
@@ -106,6 +116,7 @@ class HumansLog:
                 for one, two in (ends, ends[::-1]):
                     self._ids[one[0]].add(one[1])
                     self._candidates[one][two] = float(message.confidence)
+        return True
 
     @property
     def lags(self) -> int:
@@ -170,8 +181,11 @@ class HumansLog:
         return told is not None and told[-1][0] < stamp <= told[-1][0] + within
 
     def forget(self, before: int) -> None:
-        """Drop what is stamped before a time [ns]; who is whose is remembered."""
+        """Drop what is stamped before a time [ns]; who is whose is remembered for long."""
         self.transforms.forget(before)
+        known: list[dict[Any, Any]] = [self._told, self._aliases, self._candidates]
+        for one in (*known, *self._candidates.values()):
+            _keep_newest(one)
         del self._lags[:-_LAGS]
         for face, told in list(self._facs.items()):
             self._facs[face] = [row for row in told if row[0] >= before]
@@ -298,6 +312,12 @@ def joint_frames(body: str, frames: Iterable[str]) -> dict[str, str]:
     """The frames of a body's joints by kendon's names, which are REP-155's."""
     there = set(frames)
     return {joint: f"{joint}_{body}" for joint in JOINTS if f"{joint}_{body}" in there}
+
+
+def _keep_newest(known: dict[Any, Any]) -> None:
+    """Drop the oldest entries beyond `_MATCHES`."""
+    for old in list(known)[:-_MATCHES]:
+        del known[old]
 
 
 def _paired(frames: set[str], one: str, two: str) -> set[str]:

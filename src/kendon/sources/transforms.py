@@ -82,6 +82,8 @@ class _Edge:
             pose = np.repeat(self.poses, len(stamps), axis=0)
             return pose[:, :3], Rotation.from_quat(pose[:, 3:])
         before, after = self._around(stamps)
+        if np.array_equal(before, after):  # as for whoever asks for what was told
+            return self.poses[before, :3], Rotation.from_quat(self.poses[before, 3:])
         after = np.where(self.parent[after] == self.parent[before], after, before)
         start, stop = self.poses[before], self.poses[after]
         whole = np.maximum(self.stamps[after] - self.stamps[before], 1)
@@ -169,6 +171,15 @@ class TransformTree:
                 break
             frame = edge.parents[0]
         return np.empty(0, dtype=np.int64) if edge is None else edge.stamps
+
+    def newest(self, frame: str) -> int:
+        """The newest stamp of a frame [ns], 0 = none; a static one moves with its parent."""
+        for _ in self._told:  # no longer, even where frames lie in each other
+            told = self._told.get(frame)
+            if told is None or told.stamps or told.fixed is None:
+                return told.newest if told else 0
+            frame = told.fixed[0]
+        return 0
 
     def parents(self, frame: str) -> list[str]:
         """The parents that a frame ever had, the most frequent one first."""
@@ -310,15 +321,15 @@ class TransformTree:
         """The pose of the first frame of a way up in one further up."""
         from scipy.spatial.transform import Rotation
 
-        position = np.zeros((len(stamps), 3))
-        rotation = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (len(stamps), 1)))
+        found: tuple[FloatArray, Rotation] | None = None
         for frame in way[: way.index(ancestor)]:
             edge = self._edge(frame)
             assert edge is not None
             place, turn = edge.at(stamps)
-            position = turn.apply(position) + place
-            rotation = turn * rotation
-        return position, rotation
+            if found is not None:
+                place, turn = turn.apply(found[0]) + place, turn * found[1]
+            found = place, turn
+        return found or (np.zeros((len(stamps), 3)), Rotation.identity(len(stamps)))
 
 
 def axis_of(rotation: FloatArray, number: int) -> FloatArray:
