@@ -20,7 +20,7 @@ from kendon.features.gestures import GestureDetector
 from kendon.features.gestures.weights import Weights
 from kendon.features.track import watch
 from kendon.person import FloatArray, Track
-from kendon.simulation.movements import MOVEMENTS, Movement
+from kendon.simulation.movements import Movement
 from kendon.simulation.movers import Performance, draw_mover
 from kendon.simulation.sensors import draw_sensor
 
@@ -30,24 +30,28 @@ MADE_OF = {
     "handshake": ("handshake", "hug"),
     "nod": ("nod", "toss"),
     "dip": ("dip",),
+    "dip_of_pitch": ("dip",),
     "bow": ("bow",),
 }
-#: So much does somebody count who does something else than salute. Every second person drawn
-#: telephones, points or combs their hair, to learn what that looks like; of those who walk up to
-#: a robot fewer do.
-SOMETHING_ELSE = 0.5
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
 #: in two of three, a handshake 1.7 s in three of four, nods or tosses 0.6 s in one of three, a
 #: dip 0.6 s in every second (thesis 2.1.3), a bow 1.4 s in one of ten. A hand's share is half.
-PRIORS = {"wave": 0.055, "handshake": 0.08, "nod": 0.025, "dip": 0.04, "bow": 0.02}
+PRIORS = {
+    "wave": 0.055,
+    "handshake": 0.08,
+    "nod": 0.025,
+    "dip": 0.04,
+    "dip_of_pitch": 0.04,
+    "bow": 0.02,
+}
 #: The first and the last stir of a movement, this share of its rise and fall, is neither the
 #: gesture nor something else: nothing is to be seen of it yet.
 STIR = 0.5
 #: Nor is so long after a movement, while it is still in the evidence [s].
-AFTER = 0.3
+AFTER = 0.1
 #: How strongly a weight is drawn to `USUAL`, as the evidence is written for a weight below 1.
-PULL, USUAL = 0.01, 0.6
+PULL, USUAL = 0.005, 0.6
 
 
 def blur(track: Track, rng: np.random.Generator) -> Track:
@@ -68,18 +72,16 @@ def shown(movement: Movement, t: float) -> float:
 
 def examples(
     people: Sequence[tuple[Performance, Track]],
-) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Of each gesture the evidence, whether it was performed, and how much the row counts."""
-    rows: dict[str, list[tuple[Sequence[float], float, float]]] = {name: [] for name in MADE_OF}
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Of each gesture the evidence, and whether it was performed."""
+    rows: dict[str, list[tuple[Sequence[float], float]]] = {name: [] for name in MADE_OF}
 
     def add(name: str, evidence: Sequence[float], moves: list[Movement], t: float) -> None:
         does = sum(shown(m, t) for m in moves if m.kind in MADE_OF[name])
         if not math.isnan(does):
-            rows[name].append((evidence, does, counts))
+            rows[name].append((evidence, does))
 
     for person, track in people:
-        salutes = track.name not in MOVEMENTS or MOVEMENTS[track.name].gesture
-        counts = 1.0 if salutes else SOMETHING_ELSE
         detector = GestureDetector()
         for question, t in watch(track, detector):
             found = detector.evidence(*question)
@@ -92,26 +94,25 @@ def examples(
                 evidence = getattr(found, name)
                 if evidence:
                     add(name, evidence, list(person.movements), t)
+            if found.dip and found.dip.of_pitch[0] == found.dip.of_pitch[0]:
+                add("dip_of_pitch", found.dip.of_pitch, list(person.movements), t)
     return {
         name: (
             np.nan_to_num(np.array([row[0] for row in of])),
             np.array([row[1] for row in of]),
-            np.array([row[2] for row in of]),
         )
         for name, of in rows.items()
     }
 
 
-def fit(
-    evidence: FloatArray, does: FloatArray, counts: FloatArray, prior: float
-) -> tuple[float, ...]:
+def fit(evidence: FloatArray, does: FloatArray, prior: float) -> tuple[float, ...]:
     """Log odds and weights of a logistic regression; no evidence may count the wrong way round.
 
     The people drawn perform a gesture more or less often than people who greet do: rows count so
     that its share is the prior.
     """
-    drawn = counts @ does / counts.sum()
-    share = counts * np.where(does > 0, prior / drawn, (1 - prior) / (1 - drawn)) / counts.sum()
+    drawn = does.mean()
+    share = np.where(does > 0, prior / drawn, (1 - prior) / (1 - drawn)) / len(does)
 
     def loss(weights: FloatArray) -> tuple[float, FloatArray]:
         odds = weights[0] + evidence @ weights[1:]

@@ -3,7 +3,8 @@
 #
 #   scripts/setup.sh FOLDER venv    the empty environment
 #   scripts/setup.sh FOLDER core    kendon and what it cannot do without
-#   scripts/setup.sh FOLDER all     every extra too, and the system libraries they need
+#   scripts/setup.sh FOLDER all     every extra too, the system libraries they need, and ROS 1
+#                                   for its tests, where the system has it
 #
 # On a Debian kin and as root it installs what the system lacks; otherwise it says what to run.
 set -eu
@@ -109,6 +110,35 @@ for library in sys.argv[1:]:
 PYTHON
 }
 
+# Prints the Debian packages of ROS 1 if it is not here.
+missing_ros1() {
+    "$venv/bin/python" - <<'PYTHON'
+from kendon.ros.ros1.environment import PACKAGES, RosMissingError, require_ros1
+
+try:
+    require_ros1()
+except RosMissingError:
+    print(*PACKAGES)
+PYTHON
+}
+
+# ROS 1 is for robots that have it: what is here is tested, and what is not here is no mistake.
+try_ros1() {
+    packages=$(missing_ros1)
+    [ -n "$packages" ] || return 0
+    command -v apt-get >/dev/null && [ "$(id -u)" = 0 ] || return 0
+    export DEBIAN_FRONTEND=noninteractive
+    quick="-o Acquire::Retries=0 -o Acquire::http::Timeout=10"
+    # Without lists of packages, which fresh containers lack, nothing is known of these.
+    apt-cache show python3-rospy >/dev/null 2>&1 || apt-get $quick update >/dev/null 2>&1 || true
+    # Debian 12 and Ubuntu 22.04 have it, newer ones do not.
+    apt-cache show python3-rospy >/dev/null 2>&1 || return 0
+    say "Installing Debian's ROS 1 for its tests (7 MB; 10 seconds)."
+    # shellcheck disable=SC2086  # one argument a package is meant
+    apt-get $quick install -y --no-install-recommends $packages >/dev/null 2>&1 </dev/null ||
+        say "It could not be installed: the tests of ROS 1 are skipped."
+}
+
 # --no-compile: Python compiles what it imports when it imports it, so compiling every file of
 # every package beforehand would nearly double the wait.
 pip_install() {
@@ -136,6 +166,7 @@ with open("pyproject.toml", "rb") as file:
     [ -z "$packages" ] || apt_install "the camera needs system libraries that are missing" $packages
     say "Installing the extras $extras (300 MB; about a minute)."
     pip_install --constraint constraints.txt --editable ".[$extras]"
+    try_ros1
     ;;
 *)
     die "there is no stage '$stage'; valid: venv, core, all."

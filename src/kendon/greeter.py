@@ -154,6 +154,13 @@ class Flow:
         self.tree.halt()
         self.robot.stop()
 
+    def shorten_log(self, newest: int) -> None:
+        """Forget all but the newest commands of the robot's log, in a flow without an end."""
+        log = self.robot.log
+        old = max(0, min(self._logged, len(log) - newest))
+        del log[:old]
+        self._logged -= old
+
     def _next(self) -> Moment:
         self._ticks += 1
         return self._tick(self._ticks / TICK_RATE)
@@ -250,13 +257,6 @@ class Greeter(Flow):
                 yield self._next()
         finally:
             self.end()
-
-    def shorten_log(self, newest: int) -> None:
-        """Forget all but the newest commands of the robot's log, in a flow without an end."""
-        log = self.robot.log
-        old = max(0, min(self._logged, len(log) - newest))
-        del log[:old]
-        self._logged -= old
 
 
 class Encounter:

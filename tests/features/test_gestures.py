@@ -417,6 +417,35 @@ def test_most_drawn_waves_are_read_and_telephones_are_not() -> None:
     assert share("text", "wave", range(20)) < 0.3
 
 
+def test_a_dip_is_read_from_how_the_face_sinks_where_it_cannot_be_told_where_it_points() -> None:
+    most: dict[str, list[float]] = {"dip": [], "wave": []}
+    for kind, seed in itertools.product(most, range(20)):
+        person = perform_movement(kind, np.random.default_rng(seed), 30.0)
+        if kind == "wave" and person.truth[:, GESTURES.index("hdip")].any():
+            continue
+        blind = np.full_like(person.track.head_rotation, np.nan)
+        found = detected(replace(person.track, head_rotation=blind))["hdip"]
+        most[kind].append(float(np.nanmax(found)))
+    assert np.median(most["dip"]) > 0.3
+    assert np.median(most["wave"]) < 0.1
+
+
+def test_a_wave_that_begins_afar_stays_a_distance_salutation_on_the_way() -> None:
+    wave = waving(1.0, 4.0, seconds=4.5, distance=2.2)
+    steps = np.zeros_like(wave.head)
+    steps[:, 0] = -0.5 * np.clip(wave.t - 1.2, 0, 2.5)
+    walked = replace(
+        wave,
+        head=wave.head + steps,
+        joints={name: places + steps for name, places in wave.joints.items()},
+    )
+    found = detected(walked)
+    near = (found["t"] > 3.4) & (found["t"] < 4.0)
+    assert (np.hypot(*walked.head[:, :2].T)[walked.t > 3.4] < 1.2).all()
+    assert (found["dsal"][near] > 0.5).all()
+    assert (found["csal"][near] < 0.5).all()
+
+
 def test_recorded_waves_and_handshakes_are_read() -> None:
     for path in shared_files("data/gestures/*.csv"):
         with path.open(newline="") as file:

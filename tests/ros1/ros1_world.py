@@ -11,16 +11,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
+from xmlrpc.client import ServerProxy
 
 import pytest
 
+from kendon.ros.ros1 import environment
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import RosMissingError, ros_module
 
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src"
 #: How long anything may take to come about [s].
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 def wait_for(condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
@@ -88,13 +90,28 @@ class Master:
                 close(pipe)
 
     @contextmanager
-    def servers(self, behaviour: str = "obey") -> Iterator[subprocess.Popen[str]]:
-        """Servers like Vizzy's."""
-        with self.running(str(HERE / "vizzy_servers.py"), behaviour) as process:
+    def servers(self, behaviour: str = "obey", *parts: str) -> Iterator[subprocess.Popen[str]]:
+        """Servers like Vizzy's, all or some."""
+        with self.running(str(HERE / "vizzy_servers.py"), behaviour, *parts) as process:
             assert process.stdout is not None
             line = process.stdout.readline()
             assert line.startswith("ready"), line + process.stdout.read()
             yield process
+
+
+def tells(node: str, topic: str) -> bool:
+    """Whether a node, by its own account, is connected with this process to tell it a topic.
+
+    A subscriber counts a connection before the publisher has taken it in; what is published in
+    between never comes.
+    """
+    try:
+        uri = ros_module("rosgraph").Master("/kendon_tests").lookupNode(node)
+        links: Any = ServerProxy(uri).getBusInfo("/kendon_tests")  # code, message, links
+    except (OSError, ros_module("rosgraph").MasterException):
+        return False
+    own = ros_module("rospy").get_name()
+    return any(link[1:3] == [own, "o"] and link[4] == topic for link in links[2])
 
 
 def close(pipe: IO[str] | None) -> None:
@@ -105,9 +122,7 @@ def close(pipe: IO[str] | None) -> None:
 def require_ros1() -> None:
     """Skip where ROS 1 is not installed, with what to do."""
     try:
-        for name in ("rospy", "rosmaster", "actionlib", "move_base_msgs.msg", "tf2_msgs.msg"):
-            ros_module(name)
-        ros_module("visualization_msgs.msg")
+        environment.require_ros1()
     except RosMissingError as error:
         pytest.skip(str(error))
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 from robots.robot_contract import COMMANDS, RobotContract, run_until_ended
-from ros1.ros1_world import Master, wait_for
+from ros1.ros1_world import Master, tells, wait_for
 
 from kendon.geometry import Pose2D
 from kendon.robots.base import CommandStatus, Robot
@@ -69,7 +69,7 @@ class TestVizzy(RobotContract):
         listening = rospy.Subscriber(
             "arms_heard", ros_module("std_msgs.msg").Int16, lambda m: heard.append(m.data)
         )
-        wait_for(lambda: listening.get_num_connections() > 0, "the arms' publisher")
+        wait_for(lambda: tells("/vizzy_servers", "/arms_heard"), "the arms' publisher")
         robot.gesture("handshake").cancel()
         wait_for(lambda: len(heard) == 2, "two routines")
         listening.unregister()

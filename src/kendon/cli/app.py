@@ -30,6 +30,7 @@ from kendon.cli.play import EPILOG as PLAY_EPILOG
 from kendon.cli.play import play_command
 from kendon.cli.ros1 import EPILOG as ROS1_EPILOG
 from kendon.cli.ros1 import ros1_command
+from kendon.cli.ros1_tools import FACES_EPILOG, GAZEBO_EPILOG, gazebo_command, ros1_faces_command
 from kendon.cli.ros2 import EPILOG as ROS2_EPILOG
 from kendon.cli.ros2 import ros2_command
 from kendon.cli.simulate import EPILOG as SIMULATE_EPILOG
@@ -53,6 +54,8 @@ app.command("fit", epilog=FIT_EPILOG)(fit_command)
 app.command("simulate", epilog=SIMULATE_EPILOG)(simulate_command)
 app.command("experiments", epilog=EXPERIMENTS_EPILOG)(experiments_command)
 app.command("ros1", epilog=ROS1_EPILOG)(ros1_command)
+app.command("ros1-faces", epilog=FACES_EPILOG)(ros1_faces_command)
+app.command("gazebo", epilog=GAZEBO_EPILOG)(gazebo_command)
 app.command("ros2", epilog=ROS2_EPILOG)(ros2_command)
 app.command("sources")(sources_command)
 app.command("robots")(robots_command)

@@ -11,11 +11,15 @@ from typing import Annotated, Any
 import typer
 
 from kendon.cli.options import note, out
+from kendon.greeter import describe
+from kendon.phases import Phase
+from kendon.robots.base import CHANNELS, Command, CommandStatus
 from kendon.ros.parts import Told
 from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.node import GreetingNode
+from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 
@@ -25,6 +29,8 @@ EPILOG = """
 `kendon ros1` · reads /faces, tells /state, and answers with Vizzy's base, head, arms and voice
 
 `kendon ros1 --part reading --input people` · only tells the phases of whoever is on /people
+
+`kendon ros1 --input humans --record hall.bag` · ROS4HRI's people; recorded, for `kendon estimate`
 
 `kendon ros1 /faces:=/camera/faces __ns:=/vizzy _model:=data-driven` · as ROS remaps it
 
@@ -63,6 +69,9 @@ def ros1_command(
     patience: Annotated[
         float | None, typer.Option(help="How long the robot may be silent [s]; 5.")
     ] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="Record all that is heard and told into this .bag.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no phases.")] = False,
 ) -> None:
     """Read the phases of whoever is on /faces, tell them on /state, and let Vizzy answer."""
@@ -73,27 +82,76 @@ def ros1_command(
     }  # fmt: skip
     chosen = {name: value for name, value in given.items() if value is not None}
     NodeSettings().with_values(chosen)  # a mistake is told before a master is looked for
-    start_node("kendon", remappings or [])
-    settings = NodeSettings().with_values(_parameters() | chosen)
-    place = RobotPlace(settings.base_frame or None)
-    robot = Vizzy(place, face=settings.robot_face, patience=settings.patience)
-    node = GreetingNode(robot, place, settings, note)
-    if settings.part is not Part.READING and (missing := robot.missing(_CONNECTS)):
-        note(f"Nobody answers yet for {', '.join(missing)}; their commands fail until then.")
-    if not place.known:
-        note("Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still.")
+    recorder = BagRecorder(record) if record else None
+    try:
+        start_node("kendon", remappings or [])
+        settings = NodeSettings().with_values(_parameters() | chosen)
+        place = RobotPlace(settings.base_frame or None)
+        robot = Vizzy(place, face=settings.robot_face, patience=settings.patience)
+        node = GreetingNode(robot, place, settings, note, recorder)
+        if settings.part is not Part.READING and (missing := robot.missing(_CONNECTS)):
+            note(f"Nobody answers yet for {', '.join(missing)}; their commands fail until then.")
+        _run(node, quiet=quiet)
+    finally:
+        if recorder is not None:
+            recorder.close()
+    if record and record.exists():
+        out.print(f"All that was heard and told is in {record}.", highlight=False)
+
+
+def _run(node: GreetingNode, *, quiet: bool) -> None:
+    """Run the node until a signal, and tell what it does."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        """Let the robot stop first; a second signal ends at once."""
+        del frame
+        signal.signal(number, signal.default_int_handler)
+        node.stop()
+
     for number in (signal.SIGINT, signal.SIGTERM):  # roslaunch sends both
-        signal.signal(number, _interrupt)
-    shown = ""
+        signal.signal(number, end)
+    shown = _Shown()
     try:
         for told in node.run():
-            if not quiet and (line := _line(told)) and line != shown:
-                shown = line
-                out.print(line, highlight=False)
-    except KeyboardInterrupt:
+            if not quiet:
+                shown.show(told)
         note("stopped")
+    except KeyboardInterrupt:
+        note("stopped at once; the robot may not have heard it")
     finally:
         ros_module("rospy").signal_shutdown("kendon ends")
+
+
+class _Shown:
+    """Prints phases and commands as they change; a drive is followed up ten times a second."""
+
+    def __init__(self) -> None:
+        self._phase: Phase | None = None
+        self._doing: dict[str, str] = {}  # by channel
+        self._going: list[Command] = []
+        self._failed: dict[str, str] = {}  # by channel, why the last command failed
+
+    def show(self, told: Told) -> None:
+        """Print what is new."""
+        phase = told.moment.belief.phase if told.moment.belief else None
+        if phase is not self._phase and phase is not None:
+            self._doing.clear()
+            out.print(f"{phase.name:<4}{phase.title}", highlight=False)
+        self._phase = phase
+        for command in told.moment.commands:
+            channel, what = CHANNELS[command.kind], describe(command)
+            if self._doing.get(channel) != what:
+                out.print(f"  robot  {what}", highlight=False, markup=False)
+            self._doing[channel] = what
+            self._going.append(command)
+        for command in [command for command in self._going if not command.running]:
+            self._going.remove(command)
+            channel = CHANNELS[command.kind]
+            failed = command.reason if command.status is CommandStatus.FAILED else ""
+            if failed and failed != self._failed.get(channel):
+                note(f"{describe(command)} failed: {failed}")
+            if command.status is not CommandStatus.CANCELLED:
+                self._failed[channel] = failed
 
 
 def _parameters() -> dict[str, Any]:
@@ -101,15 +159,3 @@ def _parameters() -> dict[str, Any]:
     rospy = ros_module("rospy")
     names = [field.name for field in fields(NodeSettings)]
     return {name: rospy.get_param(f"~{name}") for name in names if rospy.has_param(f"~{name}")}
-
-
-def _line(told: Told) -> str:
-    """A phase, when it is told; the commands, when they are sent."""
-    moment = told.moment
-    belief = moment.belief
-    return f"{belief.phase.name:<4}{belief.phase.title}" if belief else ""
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    del number, frame
-    raise KeyboardInterrupt

@@ -75,13 +75,13 @@ def delay(delays: Delays) -> str:
     """A median delay, and how many entries were missed.
 
     >>> delay(Delays(9, 2, 0.4)), delay(Delays(2, 2, float("nan"))), delay(Delays(3, 0, 0.0))
-    ('0.4 s, 2/9 missed', '2/2 missed', '0.0 s')
+    ('0.4 s, 2 missed', '2 missed', '0.0 s')
     """
     if not delays.entries:
         return NOTHING
     parts = [f"{delays.median:.1f} s"] if math.isfinite(delays.median) else []
     if delays.missed:
-        parts.append(f"{delays.missed}/{delays.entries} missed")
+        parts.append(f"{delays.missed} missed")
     return ", ".join(parts)
 
 
@@ -128,7 +128,7 @@ def _gestures(evaluation: Evaluation) -> str:
     if evaluation.gestures_from_phases:
         # Whoever reads these numbers must know that they are better than a camera's.
         return "given by hand from the true phases, which tells the models of DS, HD and CS"
-    return "as recorded"
+    return "found by the detectors where nobody gives them by hand"
 
 
 def _signed(value: float) -> str:

@@ -27,6 +27,8 @@ from kendon.trees.xml import parse_trees
 #: How long to wait for the next message until time goes on without it [s]: longer than cameras
 #: and networks take, shorter than a person notices.
 GRACE = 0.15
+#: So many of the robot's commands are remembered.
+_LOGGED = 100
 #: A state that is not told again for so long holds no more [s]: five intervals.
 STATE_HOLDS = 1.0
 
@@ -57,7 +59,7 @@ class NodePart(ABC):
 
     @abstractmethod
     def end(self) -> None:
-        """Halt the tree, and tell the robot to stop."""
+        """Halt the tree, and tell the robot to stop if it was told anything else."""
 
 
 class ReadingPart(NodePart):
@@ -74,7 +76,8 @@ class ReadingPart(NodePart):
 
     def __init__(self, stream: PersonStream, robot: Robot, settings: NodeSettings) -> None:
         self._stream = stream
-        tree = _tree(settings) if settings.part is Part.BOTH else GreetingTree(_no_answers())
+        self._answers = settings.part is Part.BOTH
+        tree = _tree(settings) if self._answers else GreetingTree(_no_answers())
         self._flow = Flow(robot, load_model(settings.model), tree)
         self._first: float | None = None  # the stream's time of the first frame
 
@@ -88,14 +91,16 @@ class ReadingPart(NodePart):
 
     def idle(self, now: float) -> Iterator[Told]:
         """What there is to tell although nothing came."""
-        t = self._stream.clock.at(now)
+        t = self._stream.at(now)
         if t is not None and self._first is not None:
             for moment in self._flow.advance(t - self._first - GRACE):
                 yield self._told(moment)
+        self._flow.shorten_log(_LOGGED)
 
     def end(self) -> None:
-        """Halt the tree, and tell the robot to stop."""
-        self._flow.end()
+        """Halt the tree, and tell the robot to stop, unless another node answers."""
+        if self._answers:
+            self._flow.end()
 
     def _told(self, moment: Moment) -> Told:
         t = moment.observation.t if moment.observation else moment.t
@@ -165,7 +170,8 @@ class AnsweringPart(NodePart):
         phase = self._phase if now - self._told_at <= STATE_HOLDS else None
         self.tree.tick(TickContext(t, phase, person, self.robot))
         commands: tuple[Command, ...] = tuple(self.robot.log[self._logged :])
-        self._logged += len(commands)
+        del self.robot.log[:-_LOGGED]
+        self._logged = len(self.robot.log)
         # Who only hears of phases knows nothing of intentions.
         return Moment(t, person, None, None, False, self.robot.pose, commands, greets=1.0)
 

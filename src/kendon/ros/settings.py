@@ -28,6 +28,7 @@ class Input(Enum):
 
     FACES = "faces"  # kendon_msgs/FaceExtraction (thesis 3.3)
     PEOPLE = "people"  # geometry_msgs/PoseArray (thesis 3.6.4)
+    HUMANS = "humans"  # ROS4HRI: /humans/... and frames of /tf (REP-155)
 
 
 class StateType(Enum):
@@ -52,7 +53,7 @@ class NodeSettings:
     tree: str = ""  # a BehaviorTree.CPP XML file; empty = kendon's own
     robot_face: Vec3 = ROBOT_FACE  # in the base frame [m]
     base_frame: str = ""  # empty = base_footprint or base_link
-    person: str = ""  # the id of the person to follow; empty = whoever is nearest
+    person: str = ""  # the id of the person, face or body to follow; empty = who is there
     face_height: float = FACE_HEIGHT  # of people whose poses lie on the ground [m]
     patience: float = 5.0  # how long the robot may be silent about a command [s]
     markers: bool = True  # whether to publish what rviz shows

@@ -13,6 +13,8 @@ MAX_LEAP = 10.0
 TWO_CLOCKS = 1.0
 #: From so many messages that median is taken.
 _JUDGED = 10
+#: So many notes are kept of a clock that begins again and again.
+_NOTES = 20
 #: So many messages in a row by a clock of their own are a clock that began again.
 _AGREED = 3
 #: Stamps nearer to each other than this are the same [s]: finer than any camera, coarser than a
@@ -20,11 +22,17 @@ _AGREED = 3
 _SHORTEST = 1e-5
 
 
-def seconds(stamp: Any) -> float:
-    """A stamp of ROS 1 (secs, nsecs) or ROS 2 (sec, nanosec) in seconds."""
+def nanoseconds(stamp: Any) -> int:
+    """A time of ROS 1 (secs, nsecs) or ROS 2 (sec, nanosec) as whole nanoseconds."""
     if hasattr(stamp, "nsecs"):
-        return int(stamp.secs) + int(stamp.nsecs) * 1e-9
-    return int(stamp.sec) + int(stamp.nanosec) * 1e-9
+        return int(stamp.secs) * 10**9 + int(stamp.nsecs)
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
+def seconds(stamp: Any) -> float:
+    """Likewise in seconds."""
+    whole, rest = divmod(nanoseconds(stamp), 10**9)
+    return whole + rest * 1e-9
 
 
 class StreamClock:
@@ -111,6 +119,7 @@ class StreamClock:
             f"The clock of {self.topic} went from {self._stamp:.1f} s to {stamp:.1f} s: it began"
             " again, and so does the greeting."
         )
+        del self.notes[:-_NOTES]
         return True
 
     def _judge(self, lag: float) -> None:

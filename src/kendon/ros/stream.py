@@ -14,6 +14,9 @@ from kendon.ros.stamps import StreamClock, seconds
 
 #: Somebody who is not seen for so long makes way for another one [s].
 _MAKES_WAY = 1.0
+#: So many people are remembered by their names, and so many kinds of mistakes.
+_KNOWN, _MISTAKES = 1000, 20
+_NANO = 1e-9
 
 
 class PersonStream:
@@ -35,6 +38,7 @@ class PersonStream:
         self._settings = settings
         self._people = People(settings.face_height, place.bases)
         self._numbers: dict[tuple[int, str], int] = {}  # clock's restart and id -> number
+        self._count = 0  # of all people so far
         self._target: str | None = None  # the id of the face that is followed
         self._target_seen = 0.0  # [s], when, by the node's clock
         self._refusals: list[str] = []
@@ -44,6 +48,28 @@ class PersonStream:
     def notes(self) -> list[str]:
         """What a user should know so far, one sentence each."""
         return [*self.clock.notes, *self._refusals]
+
+    def hear(self, topic: str, message: Any, came: int) -> list[PersonFrame]:
+        """The frames that a message completes.
+
+        Args:
+            topic: of the message; where the robot is does not count here.
+            message: with the fields of its type.
+            came: when [ns].
+        """
+        if topic.startswith("/tf"):
+            return []
+        frame = self.take(message, came * _NANO)
+        return [frame] if frame is not None else []
+
+    def pass_time(self, now: int) -> list[PersonFrame]:
+        """The frames that are complete when time has passed up to `now` [ns]."""
+        del now  # a message is a frame, at once
+        return []
+
+    def at(self, now: float) -> float | None:
+        """The time up to which no more frames are to be expected; None before the first [s]."""
+        return self.clock.at(now)
 
     def take(self, message: Any, now: float) -> PersonFrame | None:
         """The frame that a message tells, or None if it must be left out.
@@ -83,13 +109,22 @@ class PersonStream:
 
     def number(self, name: str) -> int:
         """What somebody is known by; another number after the clock began again."""
-        return self._numbers.setdefault((self.clock.restarts, name), len(self._numbers))
+        key = self.clock.restarts, name
+        if key not in self._numbers:
+            self._numbers[key] = self._count
+            self._count += 1
+            if len(self._numbers) > _KNOWN:
+                del self._numbers[next(iter(self._numbers))]
+        return self._numbers[key]
 
     def refuse(self, reason: str) -> None:
         """Count a message that cannot be read, and note why, once."""
         self.refused += 1
-        sentence = f"A message of {self.clock.topic} is left out: {reason}."
-        if sentence not in self._refusals:
+        self.note(f"A message of {self.clock.topic} is left out: {reason}.")
+
+    def note(self, sentence: str) -> None:
+        """Keep a sentence for the user."""
+        if sentence not in self._refusals and len(self._refusals) < _MISTAKES:
             self._refusals.append(sentence)
 
     def _follows(self, name: str, now: float) -> bool:

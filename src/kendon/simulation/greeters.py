@@ -232,7 +232,8 @@ def _smile(g: Greeter, t: FloatArray, phases: IntArray, rng: np.random.Generator
     """A smile in salutations and in the final approach, fading between (2.1.2, 2.1.4, 2.1.5)."""
     smiling = _SMILING[phases]
     level = np.where(smiling, max(g.smile, g.calm_smile), g.calm_smile)
-    return np.asarray(clip(_smooth(level, 0.2) + _wander(t, 0.05, rng), 0.0, 5.0))
+    smile: FloatArray = clip(_smooth(level, 0.2) + _wander(t, 0.05, rng), 0.0, 5.0)
+    return smile
 
 
 def _rate_of_change(values: FloatArray) -> FloatArray:

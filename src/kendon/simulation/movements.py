@@ -233,10 +233,15 @@ def _hug(rng: np.random.Generator, handed: str) -> Movement:
 
 
 def _talk(rng: np.random.Generator, handed: str) -> Movement:
-    """Beats: small strokes of hands held before the belly, some before the chest."""
+    """Beats: small strokes of hands held before the belly, some before the chest.
+
+    One in five is made beside the head: the upper periphery of gesture space (McNeill 1992).
+    """
+    high = rng.random() < 0.2
     return _held(
         "talk", rng, rng.choice([handed, "lr"]), rate=rng.uniform(0.6, 2.2),
-        size=rng.uniform(0.04, 0.2), height=rng.uniform(-0.6, 2.0), aside=rng.uniform(0, 6),
+        size=rng.uniform(0.04, 0.2), aside=rng.uniform(0, 6),
+        height=rng.uniform(2.0, 5.0) if high else rng.uniform(-0.6, 2.0),
     )  # fmt: skip
 
 
@@ -256,11 +261,17 @@ def _watch(rng: np.random.Generator, handed: str) -> Movement:
 
 
 def _of(kind: str, both: float = 0.0, longest: float = 8.0) -> Callable[..., Movement]:
-    """What is held for a while; size bends the head [rad], height and aside vary the posture."""
+    """What is held for a while; height and aside vary the posture.
+
+    Who reads bends the head; who scratches their face or smooths their hair moves the hand there.
+    """
 
     def draw(rng: np.random.Generator, handed: str) -> Movement:
         size = math.radians(rng.uniform(15, 40)) if kind == "text" else 0.0
-        return _held(kind, rng, _hand(rng, handed, both), longest=longest, size=size,
+        rate = 0.0
+        if kind in ("face", "hair") and rng.random() < 0.7:
+            size, rate = rng.uniform(0.02, 0.15), rng.uniform(0.5, 2.5)
+        return _held(kind, rng, _hand(rng, handed, both), longest=longest, size=size, rate=rate,
                      height=rng.uniform(-1, 1), aside=rng.uniform(-1, 1))  # fmt: skip
 
     return draw

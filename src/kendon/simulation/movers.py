@@ -27,11 +27,11 @@ _OFTEN = ("wave", "handshake", "dip", "nod", "toss", "talk")
 _DIPS, _SOON = 0.5, (0.1, 1.0)
 #: How often each is done near the robot, where not in three of ten: people talk near to each
 #: other, and hold up a hand to those who are far.
-_NEAR = {"talk": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "raise": 0.1}
+_NEAR = {"talk": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "wave": 0.15, "raise": 0.1}
 #: Who closes in stands so far away, and who embraces [m].
 _CLOSE, _EMBRACE = (0.7, 1.4), (0.35, 0.7)
 #: So many swing their arms like joggers.
-_BRISK = 0.2
+_BRISK = 0.35
 _ROBOT_FACE = (0.0, 0.0, 1.2)
 #: Heads turn by so much from the body's heading before the body turns, too [rad].
 _MOST_TURNED = math.radians(75)

@@ -160,11 +160,12 @@ def _hug(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Hel
 
 def _talk(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
     k = body.stature
+    outward = 0.03 * max(0.0, m.height - 1.0)  # hands that are high are apart
     # Two rates that never meet again: beats do not come like clockwork.
     late = m.aside + (0.7 if side == "l" else 0.0)
     turn = 2 * math.pi * m.rate * since
     x = 0.16 * k + m.size / 2 * (1 + sin(0.8 * turn + 5 * late)) / 2
-    y = 0.07 * k + m.size / 6 * sin(0.45 * turn + 3 * late)
+    y = (0.07 + outward) * k + m.size / 6 * sin(0.45 * turn + 3 * late)
     beats = sin(turn + late) + 0.8 * sin(0.618 * turn + 2 * late)
     z = (-0.13 + 0.05 * m.height) * k + m.size / 3.6 * beats
     return (x, y, z), (-0.3, 0.5, -1.0)
@@ -180,14 +181,19 @@ def _point(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _H
 def _at(
     x: float, y: float, z: float, pole: tuple[float, float, float], height: float, aside: float
 ) -> Callable[[Body, Movement, str, Curve, Curve], _Held]:
-    """A posture that is simply held, varied by so much up and sideways."""
+    """A posture that is held, varied by so much up and sideways; the hand may stroke along."""
 
     def held(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
         # Nobody holds quite still.
         drift = 0.003 * sin(3.1 * since + m.aside)
         up, out = z + height * m.height, y + aside * m.aside
         k = body.stature
-        return ((x + drift) * k, (out + drift) * k, (up + drift) * k), pole
+        wrist = (x + drift) * k, (out + drift) * k, (up + drift) * k
+        if m.rate > 0:
+            # Back over the head and down it, or along the cheek.
+            stroke = m.size / 2 * sin(2 * math.pi * m.rate * since)
+            wrist = wrist[0] - 0.5 * stroke, wrist[1] + 0.7 * stroke, wrist[2] - 0.5 * stroke
+        return wrist, pole
 
     return held
 

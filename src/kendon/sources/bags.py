@@ -1,4 +1,4 @@
-"""ROS bags with ROS4HRI people (REP-155), read without ROS: one track a person.
+"""ROS bags, read without ROS: one track a person of ROS4HRI (REP-155), or of kendon's own faces.
 
 Everything is placed by TF in the robot's base frame, at the stamps of the messages; when they
 were received only tells whether the recorder had another clock. Time begins with the first frame
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from kendon.errors import DataError
 from kendon.person import Track
+from kendon.sources.bag_faces import people_told, tells_of_faces
 from kendon.sources.bag_people import BagOptions, BagPerson, PeopleReading, head_stamps, listed
 from kendon.sources.base import SourceOptions, register
 from kendon.sources.recording import RecordedSource
@@ -26,7 +27,7 @@ class BagSource(RecordedSource):
     """One person of a ROS bag."""
 
     name = "bag"
-    reads = "ROS bags with ROS4HRI people: ROS 2 folders, .db3, .mcap, ROS 1 .bag; #ID picks one"
+    reads = "ROS bags with ROS4HRI people or faces: ROS 2 folders, .db3, .mcap, ROS 1 .bag; #ID"
     example = "recording.mcap#ID"
 
     @classmethod
@@ -38,8 +39,8 @@ class BagSource(RecordedSource):
     def recordings(cls, spec: str) -> list[str]:
         """Everybody in the bag, each by ``bag#id``; the bag itself where there is one person."""
         path, name = _split(spec)
-        people = _read(path).people() if name is None else []
-        return [f"{path}#{person.name}" for person in people] if len(people) > 1 else [spec]
+        names = _names(path) if name is None else []
+        return [f"{path}#{name}" for name in names] if len(names) > 1 else [spec]
 
     @classmethod
     def open(cls, spec: str, options: SourceOptions) -> BagSource:
@@ -70,6 +71,8 @@ def read_bag(
         MissingExtraError: rosbags is not installed.
         DataError: the bag is missing, torn, holds no person with a place, or none of that id.
     """
+    if _is_told(Path(path)):
+        return _told_person(Path(path), person)
     log, people = _people(Path(path))
     if person is None:
         chosen = max(people, key=lambda p: len(head_stamps(log, p)))
@@ -81,13 +84,39 @@ def read_bag(
         chosen = named[0]
     found = PeopleReading(Path(path), log, people, options or BagOptions()).person(chosen)
     if person is None and len(people) > 1:
-        others = listed([p.name for p in people if p is not chosen])
-        note = (
-            f"{Path(path).name} holds {len(people)} people; read is {chosen.name}, who is seen"
-            f" most. Name another one as {Path(path).name}#ID: {others}."
-        )
+        note = _note_others(Path(path), chosen.name, [p.name for p in people])
         found = BagPerson(found.track, (note, *found.notes))
     return found
+
+
+def _note_others(path: Path, chosen: str, names: list[str]) -> str:
+    others = listed([name for name in names if name != chosen])
+    return (
+        f"{path.name} holds {len(names)} people; read is {chosen}, who is seen most. Name another"
+        f" one as {path.name}#ID: {others}."
+    )
+
+
+def _is_told(path: Path) -> bool:
+    """Whether a bag tells of people by faces or poses alone."""
+    return not _read(path).people() and tells_of_faces(path)
+
+
+def _names(path: Path) -> list[str]:
+    """Everybody in a bag."""
+    return list(people_told(path)) if _is_told(path) else [p.name for p in _read(path).people()]
+
+
+def _told_person(path: Path, name: str | None) -> BagPerson:
+    """Somebody of whom a bag tells by faces or poses."""
+    people = people_told(path)
+    if name is not None and name not in people:
+        raise DataError(f"there is no person {name!r}; valid: {listed(list(people))}", file=path)
+    chosen = name or max(people, key=lambda one: len(people[one].track))
+    if name is None and len(people) > 1:
+        found = people[chosen]
+        return BagPerson(found.track, (_note_others(path, chosen, list(people)), *found.notes))
+    return people[chosen]
 
 
 def read_bag_people(path: str | Path, options: BagOptions | None = None) -> list[Track]:
@@ -97,6 +126,8 @@ def read_bag_people(path: str | Path, options: BagOptions | None = None) -> list
         MissingExtraError: rosbags is not installed.
         DataError: the bag is missing, torn, or holds no person with a place.
     """
+    if _is_told(Path(path)):
+        return [person.track for person in people_told(Path(path)).values()]
     log, people = _people(Path(path))
     reading = PeopleReading(Path(path), log, people, options or BagOptions())
     return [reading.person(person).track for person in people]

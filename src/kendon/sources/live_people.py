@@ -15,6 +15,7 @@ import numpy as np
 
 from kendon.errors import DataError
 from kendon.person import PersonFrame
+from kendon.ros.stamps import nanoseconds
 from kendon.sources.bag_people import (
     BASES,
     FACE_LOST,
@@ -209,7 +210,7 @@ class LivePeople:
                 part = child.split("_", 1)[1]
                 for person in self._people:
                     if part in person.ids:
-                        stamp = told.header.stamp.sec * 10**9 + told.header.stamp.nanosec
+                        stamp = nanoseconds(told.header.stamp)
                         given = max(self._given.get(i, -1) for i in person.ids)
                         self.late += 0 < stamp < given
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from kendon.features.smile import smile
 from kendon.person import JOINTS, FloatArray, IntArray
+from kendon.ros.stamps import nanoseconds
 from kendon.sources.transforms import TransformTree
 
 #: Matches less sure than this are none (REP-155's ``/human/match_threshold``).
@@ -297,11 +298,6 @@ def joint_frames(body: str, frames: Iterable[str]) -> dict[str, str]:
     """The frames of a body's joints by kendon's names, which are REP-155's."""
     there = set(frames)
     return {joint: f"{joint}_{body}" for joint in JOINTS if f"{joint}_{body}" in there}
-
-
-def nanoseconds(stamp: Any) -> int:
-    """A ROS time as whole nanoseconds."""
-    return int(stamp.sec) * _NANO + int(stamp.nanosec)
 
 
 def _paired(frames: set[str], one: str, two: str) -> set[str]:

@@ -6,8 +6,8 @@ files; then those of Humble stand in, and the current ones of ``hri_msgs`` (REP-
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -53,6 +53,17 @@ def is_bag(path: Path) -> bool:
     return path.suffix.lower() in BAG_SUFFIXES
 
 
+def topic_types(path: Path) -> dict[str, str]:
+    """The topics of a bag, and the type of each one's messages (``std_msgs/msg/String``).
+
+    Raises:
+        MissingExtraError: rosbags is not installed.
+        DataError: there is no such bag, or it is torn.
+    """
+    with _opened(path) as reader:
+        return {connection.topic: connection.msgtype for connection in reader.connections}
+
+
 def read_messages(path: Path, wanted: Callable[[str], bool]) -> Iterator[BagMessage]:
     """The messages of a bag in the order in which they were received.
 
@@ -64,6 +75,25 @@ def read_messages(path: Path, wanted: Callable[[str], bool]) -> Iterator[BagMess
         MissingExtraError: rosbags is not installed.
         DataError: there is no such bag, or it is torn.
     """
+    with _opened(path) as reader:
+        chosen = [c for c in reader.connections if wanted(c.topic)]
+        if not chosen:  # rosbags would read everything
+            return
+        messages = reader.messages(connections=chosen)
+        while True:
+            try:
+                connection, received, raw = next(messages)
+                message = reader.deserialize(raw, connection.msgtype)
+            except StopIteration:
+                return
+            except Exception as error:
+                raise _torn(path, error) from None
+            yield BagMessage(connection.topic, received, message)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a bag with rosbags."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -80,29 +110,16 @@ def read_messages(path: Path, wanted: Callable[[str], bool]) -> Iterator[BagMess
     for name, text in HRI_DEFINITIONS.items():
         fallback.register(get_types_from_msg(text, name))
     # A torn file can make its parsers raise anything at all.
-    torn = functools.partial(_torn, path)
     try:
         reader = AnyReader([path], default_typestore=fallback)
         reader.open()
     except Exception as error:
-        raise torn(error) from None
+        raise _torn(path, error) from None
     try:
         have = reader.typestore.fielddefs
         missing = {name: d for name, d in fallback.fielddefs.items() if name not in have}
         reader.typestore.register(missing)
-        chosen = [c for c in reader.connections if wanted(c.topic)]
-        if not chosen:  # rosbags would read everything
-            return
-        messages = reader.messages(connections=chosen)
-        while True:
-            try:
-                connection, received, raw = next(messages)
-                message = reader.deserialize(raw, connection.msgtype)
-            except StopIteration:
-                return
-            except Exception as error:
-                raise torn(error) from None
-            yield BagMessage(connection.topic, received, message)
+        yield reader
     finally:
         reader.close()
 

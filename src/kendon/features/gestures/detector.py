@@ -23,6 +23,8 @@ from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 
 #: How long a new estimate of the arm's length takes to count [intervals].
 SLOWNESS = 5.0
+#: From this probability on a wave may have begun; two to four times what it usually is.
+BEGUN = 0.2
 
 
 #: The probability that a hand waves that hangs.
@@ -50,6 +52,16 @@ class Evidence(NamedTuple):
     bow: BowEvidence | None
 
 
+def _dipped(evidence: DipEvidence) -> float:
+    """The probability of a dip.
+
+    A head that is told by the middle of the skull hardly sinks: there the pitch decides alone.
+    """
+    dip = posterior(evidence, WEIGHTS.dip)
+    of_pitch = posterior(evidence.of_pitch, WEIGHTS.dip_of_pitch)
+    return max(dip, of_pitch)  # the first where the second is unknown
+
+
 class GestureDetector:
     """Reads gestures from frames as they come, and tells them for an interval."""
 
@@ -57,12 +69,13 @@ class GestureDetector:
         self._left, self._right = Arm(), Arm()
         self._head, self._trunk = Head(), Trunk()
         self._arm = ARM  # [m], the arms' length
+        self._begun = math.nan  # how surely close the wave began that goes on
 
     def clear(self) -> None:
         """The person has been lost: forget everything."""
         for part in (self._left, self._right, self._head, self._trunk):
             part.clear()
-        self._arm = ARM
+        self._arm, self._begun = ARM, math.nan
 
     def add(self, t: float, head: Vec3, rotation: Quaternion, joints: Mapping[str, Vec3]) -> None:
         """Take in what is seen at an instant, in the robot's base frame.
@@ -87,6 +100,7 @@ class GestureDetector:
             t, shoulder_of(right, left, head),
             known("r_elbow", UNKNOWN_POINT), right_wrist, head, left_wrist,
         )  # fmt: skip
+        self._head.add_shoulders(t, head, left, right)
         hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
         self._trunk.add(t, head, left, right, hips)
 
@@ -96,8 +110,9 @@ class GestureDetector:
         lengths = [length for one, _ in arms if (length := one.length(since)) == length]
         if lengths:
             self._arm += (sum(lengths) / len(lengths) - self._arm) / SLOWNESS
+        aside = self._aside(end, since)
         hands = tuple(
-            one.evidence(end, since, self._arm, other, distance) if one.seen(since) else None
+            one.evidence(end, since, self._arm, other, distance, aside) if one.seen(since) else None
             for one, other in arms
         )
         flexion, bow = math.nan, None
@@ -108,6 +123,11 @@ class GestureDetector:
         if self._head.seen(since):
             dip, nod = self._head.evidence(end, since, flexion)
         return Evidence(hands, nod, dip, bow)
+
+    def _aside(self, end: float, since: float) -> float:
+        """How far from the robot the person is turned, head or chest [rad]; NaN when unknown."""
+        head, chest = self._head.aside(end, since), self._trunk.aside(end, since)
+        return chest if head != head or chest < head else head
 
     def gestures(self, end: float, since: float, distance: float) -> Gestures:
         """The gestures of an interval; to be asked once for each, in their order.
@@ -127,22 +147,35 @@ class GestureDetector:
         )
         handshake = either(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
         nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
-        dip = posterior(found.dip, WEIGHTS.dip) if found.dip else math.nan
+        dip = _dipped(found.dip) if found.dip else math.nan
         bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
-        salutation = either(wave, bow, nod)
-        if wave != wave and not salutation > 0.5:
+        others = either(bow, nod)
+        if wave != wave and not others > 0.5:
             # Most salutations are made with the hands: a head that does nothing says little.
-            salutation = math.nan
+            others = math.nan
         close = near_enough(distance)
+        begun = self._begun_close(wave, close)
         return Gestures(
-            dsal=salutation * (1.0 - close),
-            csal=either(salutation * close, handshake),
-            hdip=dip,
+            dsal=either(wave * (1.0 - begun), others * (1.0 - close)),
+            csal=either(wave * begun, others * close, handshake),
+            hdip=dip * (1.0 - bow) if bow == bow else dip,  # who bows takes the head along
             wave=wave,
             handshake=handshake,
             nod=nod,
             bow=bow,
         )
+
+    def _begun_close(self, wave: float, close: float) -> float:
+        """How surely a wave is a close salutation: as surely as where it began.
+
+        Who walks up waving from afar goes on with the distance salutation.
+        """
+        if wave > BEGUN:
+            self._begun = close if self._begun != self._begun else self._begun
+            return self._begun
+        if wave == wave:
+            self._begun = math.nan
+        return close
 
     def complete(
         self, given: Sequence[float], end: float, since: float, distance: float

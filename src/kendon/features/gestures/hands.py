@@ -42,9 +42,10 @@ NOW = 0.25
 #: A hand is held where it has been for so long, about as long as an arm swing is up [s]. The
 #: turning points of a wave are nearer to each other.
 HOLD = 0.5
-#: A hand that lasts there stays longer than any arm swing, most of a stride; a swing to and fro
-#: is looked for over as long: one period of a slow wave [s].
+#: A hand that lasts there stays longer than any arm swing, most of a stride [s].
 LAST = 0.8
+#: Swings to and fro are looked for over so long: three strokes of a slow wave [s].
+SWINGS = 1.5
 #: All but this share of the while a hand must have been up, and all but that one out, to be held
 #: there: waves turn, handshakes do not.
 LET_GO, DRAWN_BACK = 0.25, 0.15
@@ -85,11 +86,11 @@ class WaveEvidence(NamedTuple):
     upright: float
     sway: float
     alone: float
-    apart: float
     opened: float
     parted: float
     fresh: float
-    stirring: float
+    still: float
+    faces: float
 
 
 class HandshakeEvidence(NamedTuple):
@@ -104,15 +105,16 @@ class HandshakeEvidence(NamedTuple):
     steady: float
     parted: float
     fresh: float
+    faces: float
 
 
 # Waves.
-HEIGHT = Weighing(-0.25, 0.15, -3.0, 4.0)  # of the wrist over the shoulder [arms]
+HEIGHT = Weighing(-0.25, 0.15, -3.0, 2.5)  # of the wrist over the shoulder [arms]
 LASTING = Weighing(-0.40, 0.10, -2.0, 2.5)  # the same, where it lasts
 UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 upright
-SWAY = Weighing(0.08, 0.04, -1.0, 3.0)  # to and fro of a hand that is up, standard dev. [arms]
-ALONE = Weighing(0.20, 0.12, -2.5, 1.0)  # height over the other hand's highest [arms]
-APART = Weighing(0.35, 0.07, -3.0, 1.5)  # wrist from the face, as seen from the robot [arms]
+SWAY = Weighing(0.12, 0.06, -1.0, 3.0)  # to and fro of a hand that is up [arms]
+ALONE = Weighing(0.20, 0.08, -4.0, 1.0)  # height over the other hand's highest [arms]
+AT_HEAD = Weighing(0.38, -0.08, 0.0, 1.0)  # wrist from the face, as seen from the robot [arms]
 OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
 
 # Handshakes.
@@ -124,19 +126,19 @@ NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
 STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 
-#: A hand that is held up and does not swing greets from afar, not in a talk: what speaks for a
-#: wave is less by so much where a still hand is that near.
-STILL = 4.0
+#: A hand that is held up and does not swing greets from afar, not in a talk.
+STILL = Weighing(1.5, 0.1, -5.0, 1.0)  # the person from the robot [m]
 
 # Both.
 PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
 FRESH = Weighing(1.8, -0.4, -4.0, 0.5)  # up, or out, without a pause for so long [s]
+FACES = Weighing(math.radians(45), math.radians(-15), -3.0, 1.0)  # turned from the robot [rad]
 
 #: One frame's wrist over the shoulder [m], toward the robot and across it [m], sine of the
 #: forearm's elevation, length of both bones together [m], wrist from the face, from the shoulder
 #: and from the other wrist [m].
 _Row = tuple[float, float, float, float, float, float, float, float]
-_LENGTH = 4
+_UP, _ACROSS, _LENGTH, _APART = 0, 2, 4, 5
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
@@ -147,7 +149,7 @@ NO_WAVE = WaveEvidence(
 def _no_handshake(near: float) -> HandshakeEvidence:
     """Of a hand that is not out."""
     return HandshakeEvidence(
-        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0
+        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0, 0.0
     )
 
 
@@ -163,7 +165,8 @@ class Arm:
         """Forget everything."""
         self._t.clear()
         self._rows.clear()
-        self._low = self._back = math.inf  # [s], when the hand was last down, and last not out
+        self._first = -math.inf  # [s], from when on the hand has been seen
+        self._low = self._back = math.inf  # [s], when it was last down, and last not out
 
     def add(
         self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3, other: Vec3
@@ -213,7 +216,7 @@ class Arm:
         return whole if SHORTEST <= whole <= LONGEST else math.nan
 
     def evidence(
-        self, end: float, since: float, arm: float, other: Arm, distance: float
+        self, end: float, since: float, arm: float, other: Arm, distance: float, aside: float
     ) -> tuple[WaveEvidence, HandshakeEvidence]:
         """What this hand does in an interval in which it is seen; asked of intervals in order.
 
@@ -223,21 +226,23 @@ class Arm:
             arm: the arms' length [m].
             other: the other arm.
             distance: of the person from the robot; NaN when unknown [m].
+            aside: how far from the robot the person is turned; NaN when unknown [rad].
         """
         stamps = self._t
         first = bisect_left(stamps, min(end - LAST, since) - ROUNDED)
         held_at = bisect_left(stamps, end - HOLD - ROUNDED, first) - first
         now_at = bisect_left(stamps, min(end - NOW, since) - ROUNDED, first) - first
         columns = tuple(zip(*self._rows[first:], strict=True))
-        up, toward, across, forearm, length, apart, opened, parted = columns
+        up, toward, _, forearm, length, apart, opened, parted = columns
         up_now, toward_now = quantile(up[now_at:], 0.5) / arm, quantile(toward[now_at:], 0.5) / arm
         self._watch(stamps[first], end, up_now, toward_now)
-        near = NEAR.evidence(distance)
+        near, faces = NEAR.evidence(distance), FACES.evidence(aside)
         up_there, out_there = max(up) > HANGS * arm, max(toward) > BEHIND * arm
         if not (up_there or out_there):
             return NO_WAVE, _no_handshake(near)
         noise = change(length) / arm
         noise_now = noise / math.sqrt(len(up) - now_at)
+        frayed = FRAYED * noise  # noise alone goes up and down, too
         parts = PARTED.evidence(quantile(parted[now_at:], 0.5) / arm, noise_now)
         wave, handshake = NO_WAVE, _no_handshake(near)
         if up_there:
@@ -247,13 +252,22 @@ class Arm:
             if turning:
                 height += turning * max(0.0, _kept(up[held_at:], 1.0 - LET_GO) / arm - height)
                 upright += turning * max(0.0, _kept(forearm[held_at:], 1.0 - LET_GO) - upright)
-            lasts = self._coverage(first, end, LAST) * LASTING.evidence(
-                _kept(up, LET_GO) / arm, noise_now
-            )
-            swaying = [a for a, b in zip(across, up, strict=True) if b > RAISED * arm]
-            sway = SWAY.evidence(spread(swaying) / arm, noise)
-            flaps = spread([a for a in up if a > RAISED * arm]) / arm
-            stirs = min(1.0, max(0.0, sway, SWAY.evidence(flaps, noise)))
+            # Who has just come into view has not been seen to hold anything.
+            share = self._coverage(first, end, LAST)
+            lasts = share * LASTING.evidence(_kept(up, LET_GO) / arm, noise_now)
+            lasts += (1.0 - share) * LASTING.least
+            rows = self._rows[bisect_left(stamps, end - SWINGS - ROUNDED) :]
+            rows = [row for row in rows if row[_UP] > TURNS * arm]
+            swaying = [row[_ACROSS] for row in rows]
+            sway = SWAY.evidence(to_and_fro(swaying) / arm - frayed, frayed)
+            # A wave takes the hand to the face and away again. A hand on the head is high, and
+            # goes to and fro, for other reasons; so may be one that has just come into view.
+            while_up = quantile([row[_APART] for row in rows], 1.0 - LET_GO)
+            at_head = min(quantile(apart, 1.0 - LET_GO), while_up) / arm
+            on_head = max(0.0, AT_HEAD.evidence(at_head, noise_now))  # 0 when unknown
+            free = (1.0 - on_head) * min(1.0, 0.5 + share)
+            sway = _freed(sway, free)
+            stirs = min(1.0, max(0.0, sway))
             if lasts < 0.0 < sway:
                 # A hand that comes and goes is an arm swing, however far it goes aside.
                 sway *= 1.0 - lasts / LASTING.least
@@ -264,24 +278,23 @@ class Arm:
                 # A hand that lasts is no arm swing, however high the other one swings.
                 alone *= 1.0 - lasts / LASTING.most
             wave = WaveEvidence(
-                HEIGHT.evidence(height, noise_now),
+                _freed(HEIGHT.evidence(height, noise_now), free),
                 lasts,
-                UPRIGHT.evidence(upright, 2.0 * noise_now),
+                _freed(UPRIGHT.evidence(upright, 2.0 * noise_now), free),
                 sway,
                 alone,
-                APART.evidence(quantile(apart, 1.0 - LET_GO) / arm, noise_now),
                 OPENED.evidence(quantile(opened[now_at:], 0.5) / arm, noise_now),
                 _excused(parts, stirs),
-                _excused(FRESH.evidence(end - self._low), stirs),
-                -STILL * near_enough(distance) * (1.0 - stirs),
+                _excused(self._fresh(self._low, end), stirs),
+                (1.0 - stirs) * STILL.evidence(distance),
+                faces,
             )
         if out_there:
-            # A while of which only the end was seen tells as much less.
             share = min(1.0, (end - stamps[first + held_at]) / HOLD) if held_at < len(up) else 0.0
             shaking = [a for a, b in zip(up, toward, strict=True) if b > OUT * arm]
-            frayed = FRAYED * noise  # noise alone goes up and down, too
             shake = SHAKE.evidence(to_and_fro(shaking) / arm - frayed, frayed)
             held = share * HELD_REACH.evidence(_kept(toward[held_at:], DRAWN_BACK) / arm, noise_now)
+            held += (1.0 - share) * HELD_REACH.least
             if held < 0.0 < shake:
                 # Nor is a hand shaken that swings out and back.
                 shake *= 1.0 - held / HELD_REACH.least
@@ -296,17 +309,30 @@ class Arm:
                 LEVEL.evidence(abs(up_now - CHEST), noise_now),
                 share * STEADY.evidence(spread(toward[held_at:]) / arm, noise),
                 _excused(parts, embraces),
-                _excused(FRESH.evidence(end - self._back), shake / SHAKE.most),
+                _excused(self._fresh(self._back, end), shake / SHAKE.most),
+                faces,
             )
         return wave, handshake
 
     def _watch(self, first: float, end: float, up: float, toward: float) -> None:
         """Keep in mind when the hand was last down and last not out; nothing before it is seen."""
         new = end - first < LAST / 2
+        if new:
+            self._first = first
         if up < RAISED or self._low > end or new:
             self._low = end if up < RAISED else first
         if toward < OUT or self._back > end or new:
             self._back = end if toward < OUT else first
+
+    def _fresh(self, rest: float, end: float) -> float:
+        """The evidence of a hand that last was at rest then; nobody knows how long before it was.
+
+        Args:
+            rest: when it was last down, or not out [s].
+            end: of the interval [s].
+        """
+        fresh = FRESH.evidence(end - rest)
+        return fresh if rest > self._first else min(0.0, fresh)
 
     def seen(self, since: float) -> bool:
         """Whether the hand has been seen from an instant on."""
@@ -347,6 +373,11 @@ def _kept(values: Sequence[float], share: float) -> float:
 def _excused(against: float, share: float) -> float:
     """What speaks against a gesture counts less by a share, at most 1."""
     return against * min(1.0, 1.0 - share) if against < 0.0 < share else against
+
+
+def _freed(favour: float, share: float) -> float:
+    """What speaks for a gesture counts by a share, as far as nothing else explains it."""
+    return favour * share if favour > 0.0 else favour
 
 
 def near_enough(distance: float) -> float:

@@ -7,6 +7,9 @@ looks down at something takes longer, stays there, and mostly turns the head mea
 small, quick and repeated; a toss goes up and comes back. A bow is none of them: there the trunk
 takes the head along.
 
+A head that bends takes the face down with it, by centimetres over the shoulders: that is seen
+from afar, too, where nobody can tell any more where a face points.
+
 A head whose pitch is noisy is looked at for longer.
 """
 
@@ -22,29 +25,39 @@ from kendon.features.gestures.series import Series, quantile
 from kendon.geometry import Quaternion, Vec3, wrap_angle
 
 #: The pitch now is the median of so long [s], and of so much longer the noisier it is.
-NOW, LONGER = 0.1, 0.15
+NOW, LONGER = 0.1, 0.25
 #: At this noise it is the longest [rad].
-NOISY = math.radians(6)
+NOISY = math.radians(10)
 #: A head is held as it was in the median from this long ago until this long ago [s].
 HELD_FROM, HELD_UNTIL = 2.4, 0.4
 #: So much must be known for that [s].
 HELD_LEAST = 0.8
 #: How uncertain it is otherwise how somebody holds the head [rad].
 UNSURE = math.radians(12)
+#: How unsure shoulders are is told by so long [s].
+UNREST = 2.0
+#: Whom somebody faces is told by the median of so long [s].
+FACING = 0.4
 #: A toss or a nod is over in so long [s].
 BEAT = 0.8
 #: A beat of the head is smoothed over so long: a third of a quick nod [s].
 SMOOTH = 0.1
 #: So many times as long a dip takes to go down, or most of it.
 STEPS_DOWN = 2
+#: And to take the face down, whose height changes more slowly at first.
+STEPS_SINKING = 3
+#: The face is so far from the middle of the neck, about which the head bends [m]: 0.07 of the
+#: stature (Winter 2009).
+LEVER = 0.12
 #: A trunk may bend by so much in walking; what is more it takes from the head's pitch [rad].
 WALKING = math.radians(6)
 #: Who bows bends the neck, too: the pitch changes by so many times as much.
 NECK = 1.5
 #: What goes farther is no nod or toss: farther down it is a dip [rad].
 LARGEST_BEAT = math.radians(24)
-#: The noise that is assumed while there are too few frames to estimate it [rad].
-PRIOR_NOISE = math.radians(5)
+#: The noise that is assumed while there are too few frames to estimate it, of the pitch [rad] and
+#: of the face's height [m].
+PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
 #: Standard error of a median over that of the mean, for normal noise.
 INEFFICIENCY = 1.25
 #: From so many steps on there may be a beat.
@@ -62,6 +75,13 @@ class DipEvidence(NamedTuple):
     turned: float
     brief: float
     onset: float
+    sunk: float
+    sank: float
+
+    @property
+    def of_pitch(self) -> tuple[float, ...]:
+        """What of it is told by where the face points, not by where it is."""
+        return self[:-2]
 
 
 class NodEvidence(NamedTuple):
@@ -77,6 +97,9 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
+# Where the head is told by the middle of the skull it hardly sinks, however it bends.
+SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
+SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
 TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
 NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
@@ -88,11 +111,13 @@ class Head:
     def __init__(self) -> None:
         self._pitch = Series()  # [rad], down is positive
         self._yaw = Series()  # [rad], from the way to the robot
+        self._over = Series()  # [m], the face's height over the shoulders
+        self._breadth = Series()  # [m], from shoulder to shoulder
 
     def clear(self) -> None:
         """Forget everything."""
-        self._pitch.clear()
-        self._yaw.clear()
+        for series in (self._pitch, self._yaw, self._over, self._breadth):
+            series.clear()
 
     def add(self, t: float, head: Vec3, rotation: Quaternion) -> None:
         """Take in the face and the head's orientation at an instant; NaN when unknown."""
@@ -105,18 +130,37 @@ class Head:
         facing = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
         self._yaw.add(t, wrap_angle(facing - math.atan2(-head[1], -head[0])))
 
-    def seen(self, since: float) -> bool:
-        """Whether the head's orientation has been seen from an instant on."""
-        return self._pitch.seen(since)
+    def add_shoulders(self, t: float, head: Vec3, left: Vec3, right: Vec3) -> None:
+        """Take in the face and the shoulders at an instant [m]; NaN when unknown."""
+        x, y, z = left[0] - right[0], left[1] - right[1], left[2] - right[2]
+        self._over.add(t, head[2] - 0.5 * (left[2] + right[2]))
+        self._breadth.add(t, math.sqrt(x * x + y * y + z * z))
 
-    def evidence(self, end: float, since: float, flexion: float) -> tuple[DipEvidence, NodEvidence]:
+    def seen(self, since: float) -> bool:
+        """Whether the head has been seen from an instant on."""
+        return self._pitch.seen(since) or self._over.seen(since)
+
+    def aside(self, end: float, since: float) -> float:
+        """How far from the robot the face is turned [rad]; NaN when unknown."""
+        return abs(quantile(self._yaw.since(min(end - FACING, since)), 0.5))
+
+    def evidence(
+        self, end: float, since: float, flexion: float
+    ) -> tuple[DipEvidence, NodEvidence | None]:
         """What the head does in an interval in which it is seen.
 
         Args:
             end: of the interval [s].
             since: its first frame [s].
             flexion: how far the trunk is bent forward from its usual way; NaN when unknown [rad].
+
+        Returns:
+            No evidence of a nod where nobody can tell where the face points.
         """
+        taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
+        sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
+        if not self._pitch.seen(since):
+            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
         jitter = self._pitch.jitter(end - 1.0)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
@@ -126,22 +170,28 @@ class Head:
         unsure = noise_now
         if usual != usual:
             usual, unsure = 0.0, math.hypot(noise_now, UNSURE)
-        taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         pitch = quantile(pitches, 0.5)
         # Half a second and more ago, a dip had hardly begun.
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
         yaws = self._yaw.since(begin) or self._yaw.since(since)
         turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
-        steps, unsure_step = self._steps(end, noise)
+        steps = _steps(self._pitch, end)
+        seen = len(self._pitch.since(end - BEAT - SMOOTH))
+        unsure_step = INEFFICIENCY * noise * math.sqrt(len(steps) / seen)
         onset = max(
             (b - a for a, b in zip(steps, steps[STEPS_DOWN:], strict=False)), default=math.nan
         )
+        # Noise alone turns a head by so much.
+        unsure_turn = math.sqrt(2.0) * noise_now
         dip = DipEvidence(
             DOWN.evidence(pitch - usual - taken_along, unsure),
             FLOOR.evidence(pitch - taken_along, noise_now),
-            TURNED.evidence(abs(turned), 2.0 * noise_now),
+            TURNED.evidence(max(0.0, abs(turned) - unsure_turn), unsure_turn),
             BRIEF.evidence(before - usual, unsure),
-            ONSET.evidence(onset - taken_along - EXTREMES * unsure_step, unsure_step),
+            ONSET.evidence(
+                onset - taken_along - EXTREMES * unsure_step, math.sqrt(2.0) * unsure_step
+            ),
+            *sunk,
         )
         up, down = _beat(steps)
         up, down = max(0.0, up - EXTREMES * unsure_step), max(0.0, down - EXTREMES * unsure_step)
@@ -152,20 +202,47 @@ class Head:
         )
         return dip, nod
 
-    def _steps(self, end: float, noise: float) -> tuple[list[float], float]:
-        """The pitch in the last beat, step by step of `SMOOTH`, and its standard error [rad]."""
-        first, values = self._pitch.first(end - BEAT - SMOOTH), self._pitch.values
-        steps, count = [], len(values) - first
-        for k in range(round(BEAT / SMOOTH), -1, -1):
-            last = self._pitch.first(end - k * SMOOTH) if k else len(values)
-            if last > first:
-                step = sorted(values[first:last])
-                middle = (last - first) // 2
-                steps.append(0.5 * (step[middle] + step[-1 - middle]))
-            first = last
-        if len(steps) < LEAST_STEPS:
-            return [], 0.0
-        return steps, INEFFICIENCY * noise * math.sqrt(len(steps) / count)
+    def _sunk(self, end: float, since: float, along: float) -> tuple[float, float]:
+        """The evidence that the face sinks, and is sunk; NaN when unknown.
+
+        Args:
+            end: of the interval [s].
+            since: its first frame [s].
+            along: how far the trunk takes it [m].
+        """
+        if not self._over.seen(since):
+            return math.nan, math.nan
+        heights = self._over.since(min(end - NOW, since))
+        jitter = self._over.jitter(end - 1.0)
+        noise = jitter if jitter == jitter else PRIOR_UNREST
+        # What changes in the breadth of the shoulders is the noise of two joints, which no mean
+        # takes away where it lasts; half as much is that of the middle between them.
+        noise = max(
+            noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
+        )
+        usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
+        steps = _steps(self._over, end)
+        sank = max(
+            (a - b for a, b in zip(steps, steps[STEPS_SINKING:], strict=False)), default=math.nan
+        )
+        return (
+            SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
+            SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise),
+        )
+
+
+def _steps(series: Series, end: float) -> list[float]:
+    """Medians of the last beat, step by step of `SMOOTH`; none where too few are known."""
+    first, values = series.first(end - BEAT - SMOOTH), series.values
+    steps = []
+    for k in range(round(BEAT / SMOOTH), -1, -1):
+        last = series.first(end - k * SMOOTH) if k else len(values)
+        if last > first:
+            step = sorted(values[first:last])
+            middle = (last - first) // 2
+            steps.append(0.5 * (step[middle] + step[-1 - middle]))
+        first = last
+    return steps if len(steps) >= LEAST_STEPS else []
 
 
 def _beat(steps: Sequence[float]) -> tuple[float, float]:

@@ -69,6 +69,13 @@ class Series:
         values = self.between(begin, end)
         return quantile(values[:: 1 + len(values) // ENOUGH], 0.5)
 
+    def wander(self, begin: float) -> float:
+        """How far values go from the usual: half of what two thirds of them lie within."""
+        values = self.since(begin)
+        ordered = sorted(values[:: 1 + len(values) // ENOUGH])
+        sixth = len(ordered) // 6
+        return 0.5 * (ordered[-1 - sixth] - ordered[sixth]) if ordered else math.nan
+
     def range(self, begin: float) -> float:
         """What most of the values from an instant on lie within: from tenth to tenth."""
         values = self.since(begin)

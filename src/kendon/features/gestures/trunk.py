@@ -15,6 +15,8 @@ from kendon.geometry import Vec3
 
 #: The trunk now is the median of so long [s].
 NOW = 0.15
+#: Whom somebody faces is told by the median of so long [s].
+FACING = 0.4
 #: A person's usual way is the median from this long ago until this long ago [s].
 HELD_FROM, HELD_UNTIL = 3.0, 0.6
 #: So much must be known for that [s].
@@ -39,10 +41,11 @@ class Trunk:
         self._flexion = Series()  # [rad], forward
         self._length = Series()  # [m], hips to shoulders
         self._height = Series()  # [m], of the face
+        self._yaw = Series()  # [rad], of the chest, from the way to the robot
 
     def clear(self) -> None:
         """Forget everything."""
-        for series in (self._flexion, self._length, self._height):
+        for series in (self._flexion, self._length, self._height, self._yaw):
             series.clear()
 
     def add(self, t: float, head: Vec3, left: Vec3, right: Vec3, hips: tuple[Vec3, Vec3]) -> None:
@@ -54,6 +57,9 @@ class Trunk:
         z = (left[2] + right[2] - hip_left[2] - hip_right[2]) / 2.0
         # Forward is across the line from the right shoulder to the left.
         across_x, across_y = left[0] - right[0], left[1] - right[1]
+        # The chest points to (across_y, -across_x), the robot is at -head.
+        ahead = across_x * head[1] - across_y * head[0]
+        self._yaw.add(t, math.atan2(across_x * head[0] + across_y * head[1], ahead))
         size = math.sqrt(across_x * across_x + across_y * across_y) or math.nan
         self._flexion.add(t, math.atan2((x * across_y - y * across_x) / size, z))
         self._length.add(t, math.sqrt(x * x + y * y + z * z))
@@ -61,6 +67,10 @@ class Trunk:
     def flexion(self, end: float, since: float) -> float:
         """How far the trunk is bent forward from its usual way [rad]; NaN when unknown."""
         return self._from_usual(self._flexion, end, since)
+
+    def aside(self, end: float, since: float) -> float:
+        """How far from the robot the chest is turned [rad]; NaN when unknown."""
+        return abs(quantile(self._yaw.since(min(end - FACING, since)), 0.5))
 
     def seen(self, since: float) -> bool:
         """Whether anything of it has been seen from an instant on."""

@@ -6,17 +6,18 @@ import logging
 import os
 import socket
 import time
+import xmlrpc.client
 from collections.abc import Sequence
+from http.client import HTTPException
 from urllib.parse import urlparse
-from xmlrpc.client import ServerProxy
 
 from kendon.errors import DataError, KendonError, ParameterError
 from kendon.ros.ros1.environment import ros_module
 
 #: How long a master may take to answer at the start [s].
 _ANSWERS = 3.0
-#: How often it is asked whether it still knows this node [s].
-_ASKED = 1.0
+#: How often queues are looked into [s].
+_LOOKED = 0.002
 
 
 class MasterMissingError(KendonError):
@@ -106,6 +107,50 @@ def require_type(topic: str, wanted: str, advice: str) -> None:
             raise DataError(f"it carries {kind}, not {wanted}; {advice}", file=topic)
 
 
+def flush(seconds: float) -> list[str]:
+    """Wait until all that this node has published is on its way.
+
+    ROS 1 publishes by a thread a subscriber, from queues that it drops at its end. What has left
+    them is the operating system's to deliver, whatever becomes of this process.
+
+    Args:
+        seconds: how long a subscriber may hold up what is meant for it.
+
+    Returns:
+        The topics of which something could not leave, sorted.
+    """
+    deadline = time.monotonic() + seconds
+    manager = ros_module("rospy.topics").get_topic_manager()
+    with manager.lock:
+        links = [
+            (impl.resolved_name, c) for impl in manager.pubs.values() for c in impl.connections
+        ]
+    stuck = set()
+    # Twice: with the queue empty, its last messages may still be in the thread's hands. It takes
+    # the mark, which is no byte at all, only when they have left.
+    for mark in (False, True):
+        for topic, link in links:
+            queue = vars(link).get("_queue")  # only rospy's QueuedConnection has one
+            if queue is None or topic in stuck:
+                continue
+            try:
+                if mark:
+                    link.write_data(b"")
+                while vars(link)["_queue"] and not link.done:
+                    if time.monotonic() >= deadline:
+                        stuck.add(topic)
+                        break
+                    time.sleep(_LOOKED)
+            except Exception:  # rospy raises here whatever went wrong with an earlier message
+                stuck.add(topic)
+    return sorted(stuck)
+
+
+def master_errors() -> tuple[type[Exception], ...]:
+    """What calls of a master raise that has gone, is going, or refuses."""
+    return (OSError, HTTPException, xmlrpc.client.Error, ros_module("rosgraph").MasterException)
+
+
 class MasterWatch:
     """Registers the node anew with a master that was started again.
 
@@ -116,7 +161,6 @@ class MasterWatch:
 
     def __init__(self) -> None:
         self.lost = False  # whether the master does not answer
-        self._asked = time.monotonic()
         rospy = ros_module("rospy")
         self._name: str = rospy.get_name()
         self._master = ros_module("rosgraph").Master(self._name)
@@ -124,17 +168,14 @@ class MasterWatch:
         self._pid: int = self._master.getPid()
 
     def check(self) -> str:
-        """See to it, at most once a second; a sentence if something has changed, else ""."""
-        if time.monotonic() - self._asked < _ASKED:
-            return ""
-        self._asked = time.monotonic()
+        """See to it; a sentence if something has changed, else ""."""
         try:
             pid = self._master.getPid()
             known = pid == self._pid and self._knows()
             if not known:
                 self._register()
                 self._pid = pid
-        except OSError:
+        except master_errors():
             if self.lost:
                 return ""
             self.lost = True
@@ -154,7 +195,7 @@ class MasterWatch:
 
     def _register(self) -> None:
         manager = ros_module("rospy.topics").get_topic_manager()
-        node = ServerProxy(self._uri)
+        node = xmlrpc.client.ServerProxy(self._uri)
         for topic, kind in manager.get_publications():
             self._master.registerPublisher(topic, kind, self._uri)
         for topic, kind in manager.get_subscriptions():

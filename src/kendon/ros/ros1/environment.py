@@ -28,12 +28,17 @@ from kendon.ros.messages import definitions
 
 #: Where Debian and Ubuntu put Python packages.
 DEBIAN = "/usr/lib/python3/dist-packages"
-#: What brings all that is needed.
-APT = (
-    "apt-get install --no-install-recommends python3-rospy python3-rosmaster python3-actionlib"
-    " python3-std-msgs python3-geometry-msgs python3-sensor-msgs python3-move-base-msgs"
-    " python3-tf2-msgs python3-visualization-msgs"
-)
+#: Debian's packages that bring all that is needed, and the modules by which one sees that.
+PACKAGES = (
+    "python3-rospy", "python3-rosmaster", "python3-actionlib", "python3-std-msgs",
+    "python3-geometry-msgs", "python3-sensor-msgs", "python3-move-base-msgs", "python3-tf2-msgs",
+    "python3-visualization-msgs",
+)  # fmt: skip
+MODULES = (
+    "rospy", "rosmaster", "actionlib", "std_msgs.msg", "geometry_msgs.msg", "sensor_msgs.msg",
+    "move_base_msgs.msg", "tf2_msgs.msg", "visualization_msgs.msg",
+)  # fmt: skip
+APT = f"apt-get install --no-install-recommends {' '.join(PACKAGES)}"
 #: The packages of that folder that are ROS's, and those it needs which are plain Python.
 _ROS = frozenset({
     "actionlib", "actionlib_msgs", "catkin", "catkin_pkg", "genmsg", "genpy", "geometry_msgs",
@@ -80,6 +85,16 @@ def ros_module(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError as error:
         raise RosMissingError(error.name or name) from error
+
+
+def require_ros1() -> None:
+    """Make sure that all that is needed of ROS 1 is there.
+
+    Raises:
+        RosMissingError: it is not; the message tells what to do.
+    """
+    for name in MODULES:
+        ros_module(name)
 
 
 @cache

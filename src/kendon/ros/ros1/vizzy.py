@@ -17,7 +17,7 @@ from typing import Any
 from kendon.errors import RobotError
 from kendon.features import ROBOT_FACE
 from kendon.geometry import Pose2D, Vec3, yaw_quaternion
-from kendon.robots.base import Command, CommandKind, Robot
+from kendon.robots.base import CHANNELS, Command, CommandKind, Robot
 from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS
 from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.actions import ActionLink, Goal
@@ -77,7 +77,8 @@ class Vizzy(Robot):
         self._arms = rospy.Publisher("vizzyArmRoutines/command", standard.Int16, queue_size=5)
         self._expression = rospy.Publisher("expression", standard.String, queue_size=5)
         self._goals: dict[Command, tuple[ActionLink, Goal]] = {}
-        self._leaving: list[Goal] = []  # cancelled, and not yet told to be over
+        self._leaving: list[Goal] = []  # cancelled or replaced, and not yet told to be over
+        self._coming: str | None = None  # the channel of the command that is about to be sent
         self._until: dict[Command, float] = {}  # [s], when what tells nothing back is done
 
     @property
@@ -106,6 +107,13 @@ class Vizzy(Robot):
             time.sleep(0.05)
 
     # ---- the hooks
+
+    def _issue(self, kind: CommandKind, **asked: Any) -> Command:
+        self._coming = CHANNELS[kind]
+        try:
+            return super()._issue(kind, **asked)
+        finally:
+            self._coming = None
 
     def _send(self, command: Command) -> dict[str, Any]:
         asked = command.asked
@@ -137,7 +145,9 @@ class Vizzy(Robot):
         if command in self._goals:
             link, goal = self._goals.pop(command)
             self._leaving.append(goal)
-            link.cancel(goal)
+            # A server ends its goal for the next one by itself; told to, a base would brake first.
+            if self._coming != CHANNELS[command.kind] or not link.connected:
+                link.cancel(goal)
         elif command.kind is CommandKind.GESTURE and command.asked["name"] != "home":
             self._publish(self._arms, ARM_ROUTINES["home"])
 
