@@ -1,10 +1,11 @@
 """How much faster than real time an encounter runs, with physics and without, on one core.
 
-    python benchmarks/physics.py
+    python benchmarks/physics.py [--profile] [--out docs/speed.md]
 
 Each built-in greeting is run with a PointRobot and with Vizzy's body in MuJoCo. The body alone is
 timed too: performing a gesture while it drives and looks, and at rest. All times are process
-times, the fastest of several runs: what else the machine does counts little.
+times, the fastest of several runs: what else the machine does counts little. --profile adds where
+the time goes, part by part of the flow; --out writes the tables as Markdown.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 from recorded_people import print_table
 
@@ -26,6 +28,17 @@ from kendon.robots.mujoco import MujocoRobot
 from kendon.simulation import SCRIPTS
 
 ROBOTS = ("point", "mujoco")
+#: A person who reacts to the robot, and whose gestures are left to the detectors.
+REACTING = "eager"
+INTRODUCTION = """\
+# How fast encounters run
+
+One core, process times, the fastest of several runs; `python benchmarks/physics.py --profile --out
+docs/speed.md` writes this page. In the scripted encounters the gestures are given by hand, as with
+the thesis's keys; the reacting person's are detected. Shares are with what a part calls, so the
+body is part of the person; the profiler itself weighs on parts that make many small calls. Process
+times still depend on what else keeps the processor and its caches busy: the last line of the second
+table, some 40 ms where nothing else runs, tells by how much."""
 
 
 def encounter(script: str, robot: str) -> float:
@@ -56,6 +69,14 @@ def resting_body() -> float:
     return robot.time
 
 
+def additions() -> float:
+    """A million additions in plain Python: how fast this machine is, at this moment."""
+    total = 0.0
+    for i in range(1_000_000):
+        total += i
+    return total
+
+
 def fastest(run: Callable[[], float], repeats: int) -> tuple[float, float]:
     """How long it was [s], and the process time of the fastest of several runs [s]."""
     times = []
@@ -67,40 +88,85 @@ def fastest(run: Callable[[], float], repeats: int) -> tuple[float, float]:
     return seconds, min(times)
 
 
+#: The parts of the flow, by the functions that begin them, those of a whole before its parts.
+PARTS = (
+    ("the person: walk, look, body", ("simulated.py", "frames")),
+    ("of it, the joints of the body", ("motion.py", "move_now")),
+    ("taking frames in: gaze, place", ("greeter.py", "_take_in")),
+    ("observations: medians, speed, gestures", ("sampler.py", "_close")),
+    ("the belief", ("greeting.py", "step")),
+    ("the behaviour tree", ("tree.py", "tick")),
+    ("the robot", ("base.py", "update")),
+    ("building tree, model, robot", ("greeter.py", "__init__")),
+)
+
+
+def shares(source: str, robot: str, repeats: int = 4) -> list[float]:
+    """The share of each of `PARTS` in an encounter, with what it calls [%]."""
+    profile = cProfile.Profile(time.process_time)
+    for _ in range(repeats):
+        profile.runcall(encounter, source, robot)
+    found = pstats.Stats(profile)
+    times: dict[tuple[str, str], float] = {}
+    for (file, _, name), (_, _, _, spent, _) in found.stats.items():  # type: ignore[attr-defined]
+        key = (file.rpartition("/")[2], name)
+        times[key] = max(times.get(key, 0.0), spent)
+    whole = times["physics.py", "encounter"]
+    return [100 * times.get(key, 0.0) / whole for _, key in PARTS]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--repeats", type=int, default=7, help="of each run; the fastest counts")
     parser.add_argument("--profile", action="store_true", help="show where the time goes")
+    parser.add_argument("--out", type=Path, help="write the tables into this Markdown file")
     arguments = parser.parse_args()
     if arguments.repeats < 1:
         print("--repeats is at least 1", file=sys.stderr)
         return 2
     for robot in ROBOTS:
         encounter("short", robot)  # imports and caches
+    tables = []
     rows = []
-    for script in SCRIPTS:
+    for script in (*SCRIPTS, REACTING):
         row = [script]
         for robot in ROBOTS:
             seconds, spent = fastest(partial(encounter, script, robot), arguments.repeats)
-            row += [f"{seconds:.1f}", f"{spent:.3f}", f"{seconds / spent:.0f}"]
+            row += [f"{seconds:.1f}", f"{1000 * spent:.0f}", f"{seconds / spent:.0f}"]
         rows.append(row)
     columns = [
-        f"{robot} {what}" for robot in ROBOTS for what in ("[s]", "takes [s]", "x real time")
+        f"{robot} {what}" for robot in ROBOTS for what in ("[s]", "takes [ms]", "x real time")
     ]
-    print_table(["encounter", *columns], rows)
-    print()
+    tables.append((["encounter", *columns], rows))
     rows = []
     for name, run in (("driving, waving, looking", busy_body), ("at rest", resting_body)):
         seconds, spent = fastest(run, arguments.repeats)
-        rows.append([name, f"{seconds:.1f}", f"{spent:.3f}", f"{seconds / spent:.0f}"])
-    print_table(["the body alone", "[s]", "takes [s]", "x real time"], rows)
+        rows.append([name, f"{seconds:.1f}", f"{1000 * spent:.0f}", f"{seconds / spent:.0f}"])
+    _, spent = fastest(additions, arguments.repeats)
+    rows.append(["a million additions in Python", "", f"{1000 * spent:.0f}", ""])
+    tables.append((["the body alone, and the machine", "[s]", "takes [ms]", "x real time"], rows))
     if arguments.profile:
-        profile = cProfile.Profile()
-        profile.runcall(encounter, "normal", "mujoco")
-        pstats.Stats(profile).sort_stats("tottime").print_stats(20)
+        which = [("normal", "point"), (REACTING, "point"), ("normal", "mujoco")]
+        found = [shares(source, robot) for source, robot in which]
+        rows = [
+            [name, *(f"{share[k]:.0f}" for share in found)] for k, (name, _) in enumerate(PARTS)
+        ]
+        tables.append((["share of the time [%]", *map(", ".join, which)], rows))
+    for header, rows in tables:
+        print_table(header, rows)
+        print()
+    if arguments.out:
+        text = "\n\n".join(markdown(header, rows) for header, rows in tables)
+        arguments.out.write_text(f"{INTRODUCTION}\n\n{text}\n", encoding="utf-8")
     return 0
+
+
+def markdown(header: list[str], rows: list[list[str]]) -> str:
+    """A table as Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import socket
 from typing import Any
 
 import pytest
+from command_line import Kendon
 from hypothesis import settings
 
 # Before anything imports matplotlib, which reads it once; inherited by child processes.
@@ -17,6 +18,11 @@ os.environ["MPLBACKEND"] = "Agg"
 settings.register_profile("local", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+@pytest.fixture
+def kendon(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Kendon:
+    return Kendon(capsys, monkeypatch)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -3,44 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 pytest.importorskip("rosbags", reason="the extra 'bags' is not installed")
 from bag_files import Ids, Text, Told, Transform, write_bag
-
-from kendon.cli import main
-
-
-class Run(NamedTuple):
-    """What a run of the command printed and how it ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-Kendon = Callable[..., Run]
-
-
-@pytest.fixture
-def kendon(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Kendon:
-    """Runs `kendon` in this process."""
-
-    def run(*arguments: str | Path) -> Run:
-        monkeypatch.setattr(sys, "argv", ["kendon", *map(str, arguments)])
-        capsys.readouterr()
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-        return Run(code, *capsys.readouterr())
-
-    return run
+from command_line import Kendon
 
 
 def people(*names: str) -> list[Told]:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Kendon, Run
 from fake_camera import Clock, Everywhere, FakeCamera
 from sources.painted_faces import HEIGHT, WIDTH, ToldDetector
-from test_cli import Kendon, Run
 
 from kendon.sources import CameraSource, SourceOptions, camera, video
 

@@ -6,15 +6,15 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+from command_line import Kendon, Run
 from evaluation_data import learn_distances, pass_by, unknown, walk_up
 
 from kendon import load_model
-from kendon.cli import main
 from kendon.evaluation import BASELINES
 from kendon.greetings import write_greetings
 from kendon.models import save_model
@@ -22,33 +22,13 @@ from kendon.observations import write_observations
 from kendon.person import Track
 from kendon.tracks import write_track
 
-
-class Run(NamedTuple):
-    """What a run of the command printed and how it ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-Kendon = Callable[..., Run]
+Evaluate = Callable[..., Run]
 
 
 @pytest.fixture
-def kendon(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Kendon:
-    """Runs `kendon evaluate` in this process."""
-
-    def run(*arguments: str | Path) -> Run:
-        monkeypatch.setattr(sys, "argv", ["kendon", "evaluate", *map(str, arguments)])
-        capsys.readouterr()
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-        return Run(code, *capsys.readouterr())
-
-    return run
+def kendon(kendon: Kendon) -> Evaluate:
+    """Runs `kendon evaluate`."""
+    return partial(kendon, "evaluate")
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +51,7 @@ def track(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_tables_tell_everything(kendon: Kendon, people: Path) -> None:
+def test_the_tables_tell_everything(kendon: Evaluate, people: Path) -> None:
     run = kendon(people, "--splits", "2")
     assert run.code == 0
     assert "4 greetings" in run.out
@@ -83,7 +63,7 @@ def test_the_tables_tell_everything(kendon: Kendon, people: Path) -> None:
 
 
 def test_numbers_for_programs_stand_alone_on_standard_output(
-    kendon: Kendon, people: Path, tmp_path: Path
+    kendon: Evaluate, people: Path, tmp_path: Path
 ) -> None:
     report = tmp_path / "report.html"
     run = kendon(people, "--json", "-", "--report", report, "--seed", "3", "--decoder", "filter")
@@ -99,7 +79,7 @@ def test_numbers_for_programs_stand_alone_on_standard_output(
 
 
 def test_the_same_command_gives_the_same_numbers(
-    kendon: Kendon, people: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kendon: Evaluate, people: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Something that learns faster than EM; that one learns in the test of the tables.
     monkeypatch.setattr("kendon.cli.evaluate.learned_readers", learn_distances)
@@ -117,7 +97,7 @@ def test_the_same_command_gives_the_same_numbers(
     assert record("--seed", "1")["splits"] != first["splits"]
 
 
-def test_the_first_model_is_the_reference(kendon: Kendon, people: Path, tmp_path: Path) -> None:
+def test_the_first_model_is_the_reference(kendon: Evaluate, people: Path, tmp_path: Path) -> None:
     save_model(load_model("kendon"), tmp_path / "mine.toml")
     run = kendon(
         people, "--model", tmp_path / "mine.toml", "--model", "data-driven", "--decoder", "viterbi",
@@ -129,7 +109,7 @@ def test_the_first_model_is_the_reference(kendon: Kendon, people: Path, tmp_path
     assert twin["difference"] == {"value": 0.0, "low": 0.0, "high": 0.0}
 
 
-def test_gestures_and_sensors_change_what_is_observed(kendon: Kendon, track: Path) -> None:
+def test_gestures_and_sensors_change_what_is_observed(kendon: Evaluate, track: Path) -> None:
     def recall(*arguments: str) -> float:
         run = kendon(track, "--json", "-", "--decoder", "filter", *arguments)
         assert run.code == 0
@@ -145,7 +125,7 @@ def test_gestures_and_sensors_change_what_is_observed(kendon: Kendon, track: Pat
 
 
 def test_figures_go_into_their_folder(
-    kendon: Kendon, track: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kendon: Evaluate, track: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # One reader's figures take a second, and the others' are drawn the same way.
     monkeypatch.setattr("kendon.cli.evaluate.model_readers", lambda *_: [])
@@ -157,7 +137,7 @@ def test_figures_go_into_their_folder(
     assert f"{len(drawn)} figures" in run.out
 
 
-def test_help_has_examples(kendon: Kendon) -> None:
+def test_help_has_examples(kendon: Evaluate) -> None:
     run = kendon("--help")
     assert run.code == 0
     assert "Examples" in run.out
@@ -197,7 +177,7 @@ def test_comparing_without_figures_does_not_wait_for_matplotlib(people: Path) ->
     ],
 )
 def test_a_mistake_is_one_sentence_and_exit_code_2(
-    kendon: Kendon, people: Path, arguments: list[str], words: list[str], tmp_path: Path,
+    kendon: Evaluate, people: Path, arguments: list[str], words: list[str], tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
@@ -210,7 +190,7 @@ def test_a_mistake_is_one_sentence_and_exit_code_2(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nothing_labelled_is_one_sentence(kendon: Kendon, tmp_path: Path) -> None:
+def test_nothing_labelled_is_one_sentence(kendon: Evaluate, tmp_path: Path) -> None:
     write_observations(pass_by("bob"), tmp_path / "bob.csv")
     write_observations(unknown("????"), tmp_path / "who.csv")
     run = kendon(tmp_path)
@@ -218,13 +198,13 @@ def test_nothing_labelled_is_one_sentence(kendon: Kendon, tmp_path: Path) -> Non
     assert "no greeting with true phases" in run.err
 
 
-def test_one_greeting_cannot_be_split(kendon: Kendon, track: Path) -> None:
+def test_one_greeting_cannot_be_split(kendon: Evaluate, track: Path) -> None:
     run = kendon(track, "--splits", "3")
     assert run.code == 2
     assert "at least two greetings" in run.err
 
 
-def test_results_never_overwrite_a_recording(kendon: Kendon, track: Path) -> None:
+def test_results_never_overwrite_a_recording(kendon: Evaluate, track: Path) -> None:
     before = track.read_bytes()
     run = kendon(track, "--json", track)
     assert run.code == 2
@@ -233,7 +213,7 @@ def test_results_never_overwrite_a_recording(kendon: Kendon, track: Path) -> Non
 
 
 def test_a_cluster_without_dask_names_the_extra(
-    kendon: Kendon, people: Path, monkeypatch: pytest.MonkeyPatch
+    kendon: Evaluate, people: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     run = kendon(people, "--splits", "2", "--cluster", "tcp://127.0.0.1:9")
@@ -242,7 +222,7 @@ def test_a_cluster_without_dask_names_the_extra(
 
 
 @pytest.mark.filterwarnings("default")  # Dask's, of which kendon knows nothing
-def test_a_cluster_gives_what_this_machine_gives(kendon: Kendon, people: Path) -> None:
+def test_a_cluster_gives_what_this_machine_gives(kendon: Evaluate, people: Path) -> None:
     distributed = pytest.importorskip(
         "distributed", reason="Dask is not installed; it is the extra 'cluster'"
     )

@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_cli import Kendon
-from test_cli import kendon as kendon
+from command_line import Kendon
 
 pytest.importorskip("viser", reason="viser is not installed")
 

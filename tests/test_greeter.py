@@ -18,6 +18,7 @@ from kendon.greeter import FORGOTTEN, REMEMBERED, Action, describe
 from kendon.person import PersonFrame, Track
 from kendon.phases import Phase
 from kendon.robots.base import CommandKind, CommandStatus
+from kendon.robots.point import GESTURE_SECONDS
 from kendon.simulation import SCRIPTS, SimulatedPerson
 from kendon.sources import RecordedSource, Source, SourceOptions
 
@@ -96,9 +97,10 @@ def test_each_phase_is_answered_as_chapter_4_prescribes(normal: tuple[Greeter, E
     prescribed = {
         Phase.IA: ({"turn", face}, {"neutral"}),
         Phase.DS: ({"wave", face}, {"smile"}),
-        Phase.HD: ({"home", dip}, {"neutral"}),
-        Phase.APP: ({"drive", "home", dip}, {"neutral"}),
-        Phase.FA: ({"drive", "home", face}, {"smile", "turn"}),  # turns once it is near enough
+        # Arms go home in these three, once the wave is over. It turns once it is near enough.
+        Phase.HD: ({dip}, {"home", "neutral"}),
+        Phase.APP: ({"drive", dip}, {"home", "neutral"}),
+        Phase.FA: ({"drive", face}, {"home", "smile", "turn"}),
         Phase.CS: ({"handshake", "“Pleased to meet you”", face}, {"smile"}),
     }
     answers = visits(normal[1])
@@ -136,18 +138,21 @@ def test_one_wave_one_handshake_one_sentence(normal: tuple[Greeter, Encounter]) 
     assert [a.channel for a in normal[1].actions].count("voice") == 1
 
 
-def test_what_a_phase_started_is_cancelled_when_the_phase_changes(
+def test_a_wave_is_finished_and_then_the_arms_go_home(normal: tuple[Greeter, Encounter]) -> None:
+    wave = next(a for a in normal[1].actions if a.label == "wave")
+    home = next(a for a in normal[1].actions if a.label == "home" and a.start >= wave.start)
+    assert wave.command.status is CommandStatus.SUCCEEDED
+    assert wave.end - wave.start == pytest.approx(GESTURE_SECONDS["wave"])
+    assert wave.end <= home.start <= wave.end + 0.11
+
+
+def test_what_else_a_phase_started_is_cancelled_when_the_phase_changes(
     normal: tuple[Greeter, Encounter],
 ) -> None:
-    wave = next(a for a in normal[1].actions if a.label == "wave")
-    head_dip = next(a for a in normal[1].actions if a.phase is Phase.HD)
-    assert wave.command.status is CommandStatus.CANCELLED
-    assert wave.command.reason == "ArmRoutines was halted"
-    assert wave.end == head_dip.start
     for (phase, actions), (_, following) in pairwise(visits(normal[1])):
         for action in actions:
-            # A face keeps its expression; all else is over when the next phase's answer begins.
-            if action.channel != "face":
+            # A face keeps its expression and arms finish; all else is over by the next answer.
+            if action.channel not in ("face", "arms"):
                 assert action.end <= following[0].start, (phase, action.label)
 
 

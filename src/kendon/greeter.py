@@ -105,6 +105,9 @@ class Flow:
         robot: answers.
         model: reads the phases; the default model where it is left out.
         tree: chooses the commands; the shipped one where it is left out.
+
+    Raises:
+        TreeError: the tree names a gesture or a face that the robot does not have.
     """
 
     def __init__(
@@ -113,6 +116,7 @@ class Flow:
         self.model = model or load_model()
         self.robot = robot
         self.tree = tree or GreetingTree()
+        self.tree.require(robot)
         self._sampler = Sampler(self.robot.face)
         self._tracker: Tracker = self.model.tracker()
         self._intent = Intent()

@@ -147,7 +147,9 @@ def test_a_person_who_is_lost_stops_the_drive_and_who_is_missed_once_does_not() 
 
 @pytest.mark.parametrize("before", Phase)
 @pytest.mark.parametrize("after", [*Phase, None])
-def test_a_change_of_phase_cancels_what_still_runs(before: Phase, after: Phase | None) -> None:
+def test_a_change_of_phase_cancels_what_still_runs_but_for_a_gesture(
+    before: Phase, after: Phase | None
+) -> None:
     if before is after:
         return
     s = stage(TeleportRobot(delay=100.0))
@@ -156,20 +158,47 @@ def test_a_change_of_phase_cancels_what_still_runs(before: Phase, after: Phase |
     assert running
     s.run(after)
     # A belief that is lost halts the phase's nodes as a change does.
-    assert all(c.status is CommandStatus.CANCELLED for c in running)
-    assert all("was halted" in c.reason for c in running)
+    for command in running:
+        if command.kind is not CommandKind.GESTURE:
+            assert command.status is CommandStatus.CANCELLED
+            assert "was halted" in command.reason
+        elif command.running:  # let finish
+            assert after not in (Phase.DS, Phase.CS)
+        else:  # the next salutation's gesture has begun
+            assert command.reason == "replaced by a new gesture"
 
 
-def test_a_gesture_whose_leaf_has_succeeded_is_cancelled_by_a_change_of_phase() -> None:
-    # In the head dip everything has succeeded and only the arms are still on their way.
-    s = stage()
-    s.robot.mute = (CommandKind.GESTURE,)  # type: ignore[attr-defined]
-    assert s.run(Phase.HD, 2.0) is Status.SUCCESS
-    (home,) = s.sent(CommandKind.GESTURE)
-    assert home.running
-    s.run(Phase.DS)
-    assert home.status is CommandStatus.CANCELLED
-    assert shown(s.sent(CommandKind.GESTURE)) == ["gesture(home)", "gesture(wave)"]
+@pytest.mark.parametrize("next_phase", [Phase.HD, Phase.APP, Phase.FA])
+def test_a_wave_is_finished_before_the_arms_go_home(next_phase: Phase) -> None:
+    s = stage(TeleportRobot(delay=3.0))
+    s.run(Phase.DS, 1.0)
+    s.run(next_phase, 1.5)
+    assert shown(s.sent(CommandKind.GESTURE)) == ["gesture(wave)"]
+    s.run(next_phase, 1.5)
+    wave, home = s.sent(CommandKind.GESTURE)
+    assert wave.status is CommandStatus.SUCCEEDED
+    assert home.asked == {"name": "home"}
+    assert home.issued >= wave.ended
+
+
+def test_a_phase_that_comes_back_goes_on_with_its_gesture() -> None:
+    s = stage(TeleportRobot(delay=3.0))
+    for phase in (Phase.DS, Phase.APP, Phase.DS):
+        s.run(phase, 0.8)
+    (wave,) = s.sent(CommandKind.GESTURE)
+    assert wave.running
+    s.run(Phase.APP, 3.0)
+    s.run(Phase.DS, 0.5)  # and salutes anew when that was over
+    assert shown(s.sent(CommandKind.GESTURE)) == ["gesture(wave)", "gesture(home)", "gesture(wave)"]
+
+
+def test_a_hand_is_offered_at_once_whatever_the_arms_do() -> None:
+    s = stage(TeleportRobot(delay=3.0))
+    s.run(Phase.DS, 1.0)
+    s.run(Phase.CS, 0.3)
+    wave, handshake = s.sent(CommandKind.GESTURE)
+    assert wave.status is CommandStatus.CANCELLED
+    assert handshake.running
 
 
 def test_arms_that_are_home_are_not_sent_home_again() -> None:

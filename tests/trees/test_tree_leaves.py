@@ -8,12 +8,14 @@ import pytest
 from py_trees.common import Status
 from trees.tree_fakes import Stage, TeleportRobot, close, one_tree
 
-from kendon.errors import RobotError
+from kendon.errors import RobotError, TreeError
 from kendon.geometry import UNKNOWN_ROTATION, Pose2D, yaw_quaternion
+from kendon.greeter import Flow
 from kendon.person import PersonFrame
 from kendon.phases import Phase
+from kendon.robots import PointRobot
 from kendon.robots.base import CommandKind, CommandStatus
-from kendon.trees import Pose, TickContext
+from kendon.trees import GreetingTree, Pose, TickContext
 from kendon.trees.commands import RETRY_AFTER
 
 FACE = '<GetPoseFromFace closest_face="{face}"/>'
@@ -221,7 +223,7 @@ def test_a_sequence_that_starts_over_does_not_cancel_the_gesture_it_began() -> N
         assert command.running, kind
         stage.tree.halt()
         assert command.status is CommandStatus.CANCELLED
-        assert command.reason == "ArmRoutines was halted"
+        assert command.reason == "the tree was halted"
 
 
 def test_a_gesture_the_robot_does_not_have() -> None:
@@ -365,3 +367,30 @@ def test_the_robot_does_not_back_away_unless_told_to() -> None:
         stage.face, stage.rotation = (0.5, 0.0, 1.7), yaw_quaternion(math.pi)
         stage.run(None)
         assert len(stage.sent()) == wanted
+
+
+# ---- what a robot must have
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ('<ArmRoutines gesture="ANGRY"/>', "no gesture 'ANGRY'; it has home, wave, handshake"),
+        ('<ArmRoutines gesture="10"/>', "no gesture '10'; it has home, wave, handshake"),
+        ('<Express expression="smyle"/>', "no expression 'smyle'; it has neutral, smile"),
+    ],
+)
+def test_a_tree_that_names_what_the_robot_has_not_is_refused_before_it_is_ticked(
+    body: str, reason: str
+) -> None:
+    tree = one_tree(f"<Sequence>{body}</Sequence>")
+    with pytest.raises(TreeError, match=f"tree 'Main', node .*: the robot has {reason}"):
+        Flow(PointRobot(), tree=tree)
+
+
+def test_a_robot_does_without_a_face_and_names_on_the_blackboard_show_in_ticking() -> None:
+    plain = PointRobot()
+    plain.expressions = ("neutral",)
+    one_tree('<Sequence><Express expression="smile"/></Sequence>').require(plain)
+    one_tree('<Sequence><ArmRoutines gesture="{g}"/></Sequence>').require(plain)
+    GreetingTree().require(plain)

@@ -11,11 +11,12 @@ from rich.progress import Progress
 from kendon.cli.experiments_tables import print_encounters, print_readings
 from kendon.cli.options import err, out
 from kendon.errors import DataError, ParameterError
-from kendon.experiments.encounters import ROBOTS, TRUTH, Setting, hold, hold_all
+from kendon.experiments.encounters import TRUTH, Setting, hold, hold_all
 from kendon.experiments.readings import read, tally
 from kendon.experiments.scenes import OURS, SCENES, THESIS
 from kendon.experiments.verdict import judge
 from kendon.models import DEFAULT_MODEL, load_model, model_names
+from kendon.robots import DEFAULT_ROBOT
 from kendon.simulation.sensors import SENSORS
 
 EPILOG = """
@@ -46,7 +47,10 @@ def experiments_command(
         int | None,
         typer.Option(metavar="N", min=1, help="Hold N random encounters with a robot instead."),
     ] = None,
-    robot: Annotated[str, typer.Option(help=f"In closed loop: {', '.join(ROBOTS)}.")] = "point",
+    robot: Annotated[
+        str,
+        typer.Option(help="In closed loop: a robot's name (see `kendon robots`) or .toml file."),
+    ] = DEFAULT_ROBOT,
     sensor: Annotated[
         str,
         typer.Option(

@@ -13,7 +13,7 @@ from kendon.experiments.verdict import Verdict, judge
 from kendon.geometry import Pose2D
 from kendon.greeter import Encounter, Greeter
 from kendon.models import DEFAULT_MODEL, load_model
-from kendon.robots import PointRobot, Robot
+from kendon.robots import DEFAULT_ROBOT, make_robot
 from kendon.simulation.live_sensor import LiveSensor, View
 from kendon.simulation.reacting import ReactingPerson
 from kendon.simulation.sensors import SENSORS
@@ -21,8 +21,6 @@ from kendon.simulation.temperaments import TEMPERAMENTS, Temperament, draw_tempe
 from kendon.sources.simulated import ReactingSource
 from kendon.trees import GreetingTree
 
-#: The robots that encounters can be had with.
-ROBOTS: dict[str, Callable[[], Robot]] = {"point": PointRobot}
 #: "truth" sees everybody as they are, wherever they are; the others see through the camera in the
 #: robot's moving head.
 TRUTH = "truth"
@@ -40,15 +38,14 @@ class Setting:
     """
 
     seed: int = 0
-    robot: str = "point"
+    robot: str = DEFAULT_ROBOT  # a name or robot file, as `kendon.robots.make_robot` takes it
     sensor: str = "clean"
     model: str = DEFAULT_MODEL
     passersby: float = 0.2
     keys: bool = False  # gestures given by hand, not detected
 
     def __post_init__(self) -> None:
-        if self.robot not in ROBOTS:
-            raise UnknownNameError("robot", self.robot, ROBOTS)
+        make_robot(self.robot)
         if self.sensor not in (TRUTH, *SENSORS):
             raise UnknownNameError("sensor", self.sensor, [TRUTH, *SENSORS])
         if not 0 <= self.passersby <= 1:
@@ -78,7 +75,7 @@ def hold(number: int, setting: Setting) -> tuple[Encounter, ReactingSource]:
     if setting.sensor != TRUTH:
         sensor = LiveSensor(SENSORS[setting.sensor], View(), seed=int(rng.integers(2**31)))
     source = ReactingSource(person, sensor, keys=setting.keys)
-    greeter = Greeter(source, load_model(setting.model), ROBOTS[setting.robot](), GreetingTree())
+    greeter = Greeter(source, load_model(setting.model), make_robot(setting.robot), GreetingTree())
     encounter = Encounter(f"encounter {number}: {person.temperament.name}")
     for moment in greeter.run():
         encounter.add(moment)

@@ -27,6 +27,8 @@ _OFF = (0.03, 0.5)
 #: The odds that the look is at the robot: greeters' in the approach about half (thesis 2.1.4) and
 #: more in the rest; passers-by glance.
 _LOOKS = (0.65, 0.3)
+#: On the rim of the cone either is as likely (thesis 3.3.3); so near to it rounding would decide.
+_RIM = 1e-6
 #: Salutations are seen in so many intervals of those who greet, and wrongly in so few of others.
 _SHOWS = (0.05, 0.005)
 #: Observations a second, by the second that a course is read from: neighbours share evidence.
@@ -117,7 +119,7 @@ class Intent:
 
 
 def _look(gaze: float) -> float:
-    if gaze != gaze:
+    if gaze != gaze or abs(gaze - 1.0) < _RIM:
         return 0.0
     looks = gaze < 1.0  # within the 60 degree cone (thesis 3.3.3)
     greets, passes = _LOOKS

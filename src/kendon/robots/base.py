@@ -159,7 +159,7 @@ class Robot(ABC):
     @property
     @abstractmethod
     def face(self) -> Vec3:
-        """The robot's face in its base frame [m]."""
+        """The robot's face in its base frame while it is at rest [m]; this never changes."""
 
     @property
     def gaze_direction(self) -> Vec3:

@@ -6,8 +6,8 @@ has moved by more than a tolerance, the leaf's round is a new one (Speak), the p
 is not the last one asked for (HOME, expressions), or a failed command's pause is over.
 
 The memory outlives SUCCESS and FAILURE, and ends when the leaf is halted: then a command that
-still runs is cancelled. A parent that merely starts over resets its children, which is not a
-halt (see `kendon.trees.control`).
+still runs is cancelled, unless it is a gesture. A parent that merely starts over resets its
+children, which is not a halt (see `kendon.trees.control`).
 """
 
 from __future__ import annotations
@@ -178,7 +178,12 @@ class ArmRoutines(CommandLeaf):
     """Starts a gesture; SUCCESS as soon as the robot performs it (thesis 4.1.2).
 
     HOME and ARMS_DOWN are postures: asked for again while the tree's last gesture was the same
-    and has not failed, nothing is sent. Any other gesture is started anew in every round.
+    and has not failed, nothing is sent; nor is it while another gesture is being performed: that
+    is let finish, and a posture that is still asked for then follows. Any other gesture replaces
+    the one before, and is started anew in every round.
+
+    A halt does not end a gesture that has begun. In BehaviorTree.CPP nothing could, since the
+    leaf has completed; and phases change within a second, in which a wave would be cut short.
     """
 
     postures = ("home", "arms_down")
@@ -192,11 +197,25 @@ class ArmRoutines(CommandLeaf):
         """Start the gesture."""
         if self.waiting():
             return FAILURE
-        name = self._gesture.get()
-        if name in self.postures and _still_holds(self.state.arms, name=name):
+        name, last = self._gesture.get(), self.state.arms
+        performing = last is not None and last.running
+        if name in self.postures:
+            if _still_holds(last, name=name):
+                return SUCCESS
+            if performing:
+                self.feedback_message = f"{last} is let finish"
+                return SUCCESS
+        elif performing and self.command is None and _still_holds(last, name=name):
+            self.command = last  # back in the phase that began it
             return SUCCESS
         self.command = self.state.arms = self.state.robot.gesture(name)
         return _started(self)
+
+    def terminate(self, new_status: Status) -> None:
+        """Forget the gesture, but let it finish; called when the leaf is halted."""
+        if new_status is Status.INVALID:
+            self.command = None
+        super().terminate(new_status)
 
 
 class Express(CommandLeaf):

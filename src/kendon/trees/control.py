@@ -10,7 +10,7 @@ its printers and visitors work on them, and its leaves below them.
 Three words:
 
 - *halt* a node, ``stop(INVALID)``: it and everything below it stops, commands are cancelled.
-  It reaches completed nodes too, since their gesture may still run.
+  It reaches completed nodes too, since their command may still run.
 - *reset* a node: it has completed and its status is forgotten; nothing is cancelled.
 - *skipped*: a node that was ticked and answers INVALID did nothing (BehaviorTree.CPP's SKIPPED,
   which only `RunOnce` gives here); sequences and fallbacks go on to the next child.
@@ -257,8 +257,8 @@ class Switch(ControlNode):
     """Ticks the child whose case equals the variable, or the last child, the default.
 
     When the choice changes, the child chosen before is halted even if it has completed: a new
-    phase ends what is left of the old one's gestures (BehaviorTree.CPP has nothing left to end,
-    since there a completed node owns no running command).
+    phase ends what is left of the old one's drives and looks (BehaviorTree.CPP has nothing left to
+    end, since there a completed node owns no running command).
     """
 
     def __init__(

@@ -75,6 +75,8 @@ class TreeState:
             self.face_seen = context.t
 
     def forget(self) -> None:
-        """Forget the person; called when the tree is halted."""
+        """End the gesture and forget the person; called when the tree is halted."""
+        if self.arms is not None:
+            self.arms.cancel("the tree was halted")
         self.phase = None
         self.face = None

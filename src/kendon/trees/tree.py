@@ -12,9 +12,10 @@ from py_trees.common import Status
 
 from kendon.errors import TreeError, UnknownNameError
 from kendon.phases import Phase
+from kendon.robots.base import Robot
 from kendon.trees.decorators import SubTree
 from kendon.trees.library import NodeSpec, TreeLibrary, check
-from kendon.trees.ports import BoundPorts, Scope
+from kendon.trees.ports import BoundPorts, Scope, key_of
 from kendon.trees.registry import node_type
 from kendon.trees.state import TickContext, TreeState
 from kendon.trees.xml import parse_trees, read_trees
@@ -78,6 +79,7 @@ class GreetingTree:
         self._scope = Scope()
         self._nodes: list[tuple[str, str, Behaviour]] = []
         self._paths: set[str] = set()
+        self._asking: list[tuple[str, NodeSpec]] = []  # the nodes that ask for something by name
         tree = main or library.main
         self.root = self._build(library.trees[tree], tree, self._scope, tree)
 
@@ -95,6 +97,30 @@ class GreetingTree:
         """Halt every node, cancel every command that still runs, and forget the person."""
         self.root.stop(Status.INVALID)
         self._state.forget()
+
+    def require(self, robot: Robot) -> None:
+        """Refuse a robot that has not the gestures and faces that the tree's nodes name.
+
+        A name on the blackboard shows only in ticking; and a robot without a face that moves does
+        without the expressions that every robot may be asked for (`kendon.robots.Robot`).
+
+        Raises:
+            TreeError: the sentence names file, line, tree, node and the robot's own.
+        """
+        faces = {*robot.expressions, *Robot.expressions}
+        for port, what, known in (
+            ("gesture", "gesture", robot.gestures), ("expression", "expression", sorted(faces)),
+        ):  # fmt: skip
+            for tree, spec in self._asking:
+                text = spec.attributes.get(port)
+                if text is None or key_of(text) is not None:
+                    continue
+                [read] = [p for p in node_type(spec.kind).ports if p.name == port]
+                if read.parse(text) not in known:
+                    raise TreeError(
+                        f"{self.library.place(tree, spec)}: the robot has no {what} {text!r};"
+                        f" it has {', '.join(known)}"
+                    )
 
     @property
     def active_phase(self) -> Phase | None:
@@ -127,6 +153,8 @@ class GreetingTree:
         else:
             children = [self._build(child, tree, scope, path) for child in spec.children]
             kind = node_type(spec.kind)
+            if spec.kind in ("ArmRoutines", "Express"):
+                self._asking.append((tree, spec))
             try:
                 ports = BoundPorts(kind.ports, spec.attributes, scope)
                 node = kind.factory(spec.name, ports, self._state, children)

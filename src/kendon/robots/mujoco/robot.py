@@ -147,18 +147,6 @@ class MujocoRobot(Robot):
         return (x, y, z)
 
     @property
-    def performing(self) -> str | None:
-        """The gesture being performed, None if the arms rest or go home."""
-        command = self.running(CommandKind.GESTURE)
-        return None if command is None else str(command.sent["name"])
-
-    @property
-    def saying(self) -> str | None:
-        """The text being spoken, None if silent."""
-        command = self.running(CommandKind.SAY)
-        return None if command is None else str(command.sent["text"])
-
-    @property
     def expression(self) -> tuple[str, float]:
         """The expression on the face and its present intensity between 0 and 1."""
         return self._expression, self._level
