@@ -70,6 +70,7 @@ def test_what_is_improved_are_the_probabilities_of_the_true_phases_by_enumeratio
     ascent = _Ascent(pack(rows, labels), begin, 0.0, np.ones((3, 3), dtype=bool))
     ascent.cost(np.zeros(ascent.layout.size))
     emissions = Emissions(begin.means, begin.variances, family, begin.outliers)
+    shares = np.bincount(np.concatenate(labels[:-1]), minlength=3) / sum(map(len, rows[:-1]))
     total = 0.0
     for x, known in zip(rows, labels, strict=True):
         density = np.exp(emissions.log_likelihoods(x))
@@ -85,7 +86,11 @@ def test_what_is_improved_are_the_probabilities_of_the_true_phases_by_enumeratio
         for t in range(len(x)):
             paths = list(itertools.product(range(3), repeat=t + 1))
             every = sum(joint(path) for path in paths)
-            total += math.log(sum(joint(p) for p in paths if p[-1] in truth[t]) / every)
+            # The rarer a phase, the more its rows count, 1 in mean; passing by counts 1.
+            weight = 1.0
+            if known[t] != PASSING:
+                weight = shares[known[t]] ** -0.5 / np.sqrt(shares).sum()
+            total += weight * math.log(sum(joint(p) for p in paths if p[-1] in truth[t]) / every)
         right = [p for p in paths if all(s in may for s, may in zip(p, truth, strict=True))]
         total += math.log(sum(joint(path) for path in right) / every)
     length = sum(map(len, rows))

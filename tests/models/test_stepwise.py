@@ -25,7 +25,8 @@ def test_the_score_is_that_of_the_filters_beliefs(wild: float) -> None:
     log = evaluate(chunk, center, parameters).log
     assert chunk.labels is not None
     truth = np.asarray(chunk.labels == np.arange(6)[:, None])
-    found = stepwise(model.startprob, model.transmat, log, chunk, truth)
+    weights = np.ones(chunk.labels.shape)
+    found = stepwise(model.startprob, model.transmat, log, chunk, truth, weights)
     beliefs = [model.filter(greeting.values) for greeting in greetings]
     told = [b[np.arange(len(b)), y] for b, y in zip(beliefs, labels, strict=True)]
     expected = np.log(np.maximum(np.concatenate(told), 1e-300)).sum()

@@ -9,7 +9,9 @@ of the labelled rows less those that the model expects without the labels (Fishe
 
 That is how well a whole greeting is read afterwards. A robot reads while it goes on, and has
 the filter's beliefs, P(phase_t | o_1..o_t) (`kendon.models.stepwise`). A model is to be good at
-both, so that the mean of the two is what rises.
+both, so that the mean of the two is what rises. In the second a row counts for more the rarer its
+phase is: whoever misses a head dip, one row in a hundred, leaves a phase unanswered as much as
+whoever misses an approach.
 
 Of people who only pass by it is known that they salute nobody: what rises for them is the
 probability of that.
@@ -114,7 +116,10 @@ class _Ascent:
         self.conditional = -np.inf  # the mean of both log P(phases | o) a row, at the last call
         self._data, self._tightness = data, tightness
         states = len(allowed)
-        self._chunks = [(chunk.without_labels(), _truth(chunk, states)) for chunk in data.chunks]
+        self._chunks = [
+            (chunk.without_labels(), _truth(chunk, states), weights)
+            for chunk, weights in zip(data.chunks, _weights(data, states), strict=True)
+        ]
         self._free, self._told = Workspace(), Workspace()
 
     def cost(self, theta: FloatArray) -> tuple[float, FloatArray]:
@@ -122,12 +127,12 @@ class _Ascent:
         height = 0.0
         starts, moves = np.zeros_like(parameters.startprob), np.zeros_like(parameters.transmat)
         emissions = np.zeros((*parameters.means.shape, 3))
-        for chunk, truth in self._chunks:
+        for chunk, truth, weights in self._chunks:
             evaluated = evaluate(chunk, self._data.center, parameters, self._free)
             model = parameters.startprob, parameters.transmat
             free = posterior(*model, evaluated.log, chunk, self._free)
             told = posterior(*model, np.where(truth, evaluated.log, -np.inf), chunk, self._told)
-            filtered = stepwise(*model, evaluated.log, chunk, truth)
+            filtered = stepwise(*model, evaluated.log, chunk, truth, weights)
             height += float((told.log_likelihoods - free.log_likelihoods).sum())
             height += filtered.log_likelihood
             first = slice(None, len(chunk.sequences))
@@ -148,6 +153,18 @@ def _truth(chunk: Chunk, states: int) -> NDArray[np.bool_]:
     number = np.arange(states)[:, None]
     no_salutation = ~np.isin(number + 1, SALUTATIONS)
     return np.asarray(np.where(chunk.labels == PASSING, no_salutation, chunk.labels == number))
+
+
+def _weights(data: Data, states: int) -> list[FloatArray]:
+    """How much each row of each chunk counts: the inverse root of its phase's share, 1 in mean.
+
+    Rows of people who pass by count 1.
+    """
+    labels = [chunk.labels for chunk in data.chunks if chunk.labels is not None]
+    counts = sum(np.bincount(of[of >= 0], minlength=states) for of in labels)
+    root = np.sqrt(counts / max(np.sum(counts), 1))
+    weight = np.divide(1.0, root * root.sum(), out=np.ones(states), where=root > 0)
+    return [np.where(of >= 0, weight[of], 1.0) for of in labels]
 
 
 class _Layout:

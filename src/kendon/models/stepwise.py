@@ -26,7 +26,7 @@ class Stepwise(NamedTuple):
     The slopes are what expected counts are in EM, and may be negative.
     """
 
-    log_likelihood: float  # the sum of log P(true phase_t | o_1..o_t)
+    log_likelihood: float  # the weighted sum of log P(true phase_t | o_1..o_t)
     starts: FloatArray  # (K,), along log P(first state)
     moves: FloatArray  # (K, K), along log P(move from row to column)
     states: FloatArray  # (K, N), along log P(row | state)
@@ -38,6 +38,7 @@ def stepwise(
     log_emission: FloatArray,
     chunk: Chunk,
     truth: NDArray[np.bool_],
+    weights: FloatArray,
 ) -> Stepwise:
     """The filter's score on rows of which the true state is known, or some that it is among.
 
@@ -47,6 +48,7 @@ def stepwise(
         log_emission: (K, N), log P(row | state).
         chunk: how the N rows are packed.
         truth: (K, N), the states each row may truly be in, at least one.
+        weights: (N,), how much each row counts.
     """
     blocks = chunk.blocks()
     before = np.empty_like(log_emission)  # P(state_t | o_1..o_t-1)
@@ -63,11 +65,11 @@ def stepwise(
         belief[:, a:b] = now / now.sum(axis=0)
     right = np.where(truth, belief, 0.0)
     sure = np.maximum(right.sum(axis=0), _LEAST)
-    score = float(np.log(sure).sum())
+    score = float(weights @ np.log(sure))
 
     # Backward: a belief is a normalised product, so that the slope along the logarithm of each
     # factor is what the rows ahead make of this belief, less its mean, and the own row's part.
-    slope = right / sure - belief
+    slope = weights * (right / sure - belief)
     moves = np.zeros_like(transmat)
     ahead = np.empty((len(transmat), 0))  # along the beliefs of the time step
     for t in range(len(blocks) - 1, -1, -1):
