@@ -278,6 +278,16 @@ def test_a_slow_source_that_falls_silent_is_soon_unknown() -> None:
     assert np.isfinite(seen.values[seen.t < t[19], 0]).all()
 
 
+@given(st.floats(1.0, 5.0), st.sampled_from([0.05, 0.2, 1.0, 2.5]))
+def test_frames_may_be_seconds_apart(spacing: float, period: float) -> None:
+    sampler = Sampler(period=period)
+    toward = (0.0, 0.0, 1.0, 0.0)
+    for k in range(9):
+        for seen in sampler.push(PersonFrame(k * spacing, (2.0, 0.0, 1.5), toward)):
+            assert math.isnan(seen.distance) or seen.distance == pytest.approx(2.0)
+            assert math.isnan(seen.hdip) or 0 <= seen.hdip < 0.5
+
+
 def test_a_face_lost_for_a_while_is_unknown_but_time_goes_on() -> None:
     track = walk(np.arange(91) / 30)
     head = track.head.copy()
