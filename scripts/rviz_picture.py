@@ -15,7 +15,6 @@ import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -128,7 +127,7 @@ def follow(place: RobotPlace) -> None:
 
 
 if __name__ == "__main__":
-    arguments: list[Any] = sys.argv[1:]
+    arguments = sys.argv[1:]
     main(
         Path(arguments[0]) if arguments else ROOT / "docs" / "rviz.png",
         float(arguments[1]) if len(arguments) > 1 else 5.0,
