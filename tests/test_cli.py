@@ -179,6 +179,11 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["greet", "--robot-face", "1e300,0,0"], ["--robot-face", "10 m"]),
         (["estimate", ""], ["empty name"]),
         (["simulate", "--out", __file__], ["--out", "is a file"]),
+        (["simulate", "--out", "people", "--jobs", "0"], ["--jobs", "at least 1, or -1", "0"]),
+        (["gazebo", "1,2", "3,nan"], ["the goal of the walk is X,Y", "3,nan"]),
+        (["gazebo", "--", "-1,inf", "3,0"], ["the start of the walk is X,Y", "-1,inf"]),
+        (["ros1", "--model", "nobody"], ["nobody", "trained"]),
+        (["ros1", "--tree", "no.xml"], ["no.xml", "cannot be read"]),
         (["dance"], ["dance"]),
         (["estimate"], ["--camera 0"]),
     ],
@@ -194,6 +199,17 @@ def test_a_mistake_is_one_sentence_and_exit_code_2(
     for word in words:
         assert word in run.err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", [("--overlay", "seen.mp4"), ("--seconds", "2")])
+def test_observations_have_no_pictures_and_no_clock(
+    kendon: Kendon, option: tuple[str, str], tmp_path: Path
+) -> None:
+    file = tmp_path / "seen.csv"
+    file.write_text("t,distance\n0.2,3\n0.4,2.9\n", encoding="utf-8")
+    run = kendon("estimate", file, *option)
+    assert run.code == 2
+    assert f"{option[0]} is for videos and cameras; {file} is observations" in run.err
 
 
 def test_a_renderer_that_does_not_exist_is_told() -> None:

@@ -188,6 +188,10 @@ def test_the_command_holds_encounters() -> None:
         ["--closed-loop", "2", "--model", "nobody"],
         ["--closed-loop", "2", "--seed", "-1"],
         ["--closed-loop", "2", "--jobs", "0"],
+        ["--closed-loop", "2", "--jobs", "-2"],
+        ["--closed-loop", "2", "--bodies", "5"],
+        ["--robot", "mujoco", "--keys"],
+        ["--jobs", "2"],
         ["--model", "nobody"],
     ],
 )

@@ -329,7 +329,12 @@ def test_mistakes_on_the_command_line(domain: int, command: Any, tmp_path: Path)
         (("--record", tmp_path / "no" / "x.mcap"), "there is no such folder"),
         (("--record", "/proc/x.mcap"), "cannot be recorded into"),
         (("--robot", "cmd_vel", "--leash", "-1"), "leash is a finite number of m, at least 0"),
-        (("--tree", tmp_path / "no.xml"), "no.xml"),
+        (("--robot", "goal_pose", "--tree", tmp_path / "no.xml"), "no.xml"),
+        (
+            ("--tree", tmp_path / "no.xml"),
+            "--tree is for a robot that greets; give --robot goal_pose",
+        ),
+        (("--leash", "2"), "--leash is for a robot that greets"),
         (("--model", "nobody"), "nobody"),
     ):
         code, err = command("--domain", domain, *options)

@@ -40,6 +40,7 @@ from kendon.observations import Observations
 from kendon.person import PersonFrame, Track
 from kendon.phases import Phase
 from kendon.sources import Source, SourceOptions
+from kendon.tables import is_observations
 
 EPILOG = """
 **Examples**
@@ -105,6 +106,7 @@ def estimate_command(
     targets = _targets(files, folder)
     _check_overlay(overlay, files)
     watching = Watching(greeting_model, face, seconds, overlay)
+    _check_observations(files, source, watching)
     # Everything is read before anything is written: a bad file leaves nothing half-done.
     observed = _observe_all(files, options, source, watching, gestures_from_phases)
     estimates = [estimate(o, greeting_model, decoder) for o in observed]
@@ -137,6 +139,18 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
         raise ParameterError(f"--overlay draws one video or camera, not {len(files)} sources")
     if overlay.exists() and Path(files[0]).exists() and overlay.samefile(files[0]):
         raise ParameterError(f"--overlay would overwrite {files[0]}, which is read")
+
+
+def _check_observations(files: list[str], source: str | None, watching: Watching) -> None:
+    """Refuse what only sources can do, of a file that holds the observations themselves.
+
+    Raises:
+        ParameterError: an overlay or an end is asked for.
+    """
+    for option, asked in (("--overlay", watching.overlay), ("--seconds", watching.seconds)):
+        for file in files:
+            if asked is not None and source is None and is_observations(file):
+                raise ParameterError(f"{option} is for videos and cameras; {file} is observations")
 
 
 def _targets(files: list[str], folder: Path | None) -> list[Path]:

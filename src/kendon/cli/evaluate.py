@@ -18,7 +18,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from kendon.cli.evaluate_tables import print_tables
-from kendon.cli.options import GesturesOption, err, note, out
+from kendon.cli.options import GesturesOption, check_jobs, err, note, out
 from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder
 from kendon.evaluation import (
@@ -159,8 +159,7 @@ def _check_numbers(seed: int, splits: int, jobs: int, cluster: str | None) -> No
         raise ParameterError(f"--seed must be 0 or more, not {seed}")
     if splits < 0:
         raise ParameterError(f"--splits must be 0 or more, not {splits}")
-    if jobs != -1 and jobs < 1:
-        raise ParameterError(f"--jobs must be at least 1, or -1 for one for each core, not {jobs}")
+    check_jobs(jobs)
     if cluster is not None and not splits:
         raise ParameterError("--cluster is where splits are computed; ask for them with --splits N")
 

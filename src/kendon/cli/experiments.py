@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 from rich.progress import Progress
 
 from kendon.cli.experiments_tables import print_encounters, print_readings
-from kendon.cli.options import err, out
+from kendon.cli.options import check_jobs, err, out
 from kendon.errors import DataError, ParameterError
 from kendon.experiments.encounters import TRUTH, Setting, hold, hold_all
 from kendon.experiments.readings import read, tally
@@ -28,6 +29,8 @@ EPILOG = """
 
 `kendon experiments --closed-loop 500 --sensor noisy --jobs -1` · people and robot react
 """
+#: So many bodies act each experiment unless told otherwise.
+BODIES = 20
 #: So many failed encounters are drawn.
 DRAWN = 3
 
@@ -39,7 +42,7 @@ def experiments_command(
     ] = None,
     bodies: Annotated[
         int, typer.Option(min=1, max=1000, help="How many bodies act each experiment.")
-    ] = 20,
+    ] = BODIES,
     folder: Annotated[
         Path | None, typer.Option("--out", help="Draw timelines or failures into this folder.")
     ] = None,
@@ -71,17 +74,39 @@ def experiments_command(
     """Repeat the thesis's experiments (3.6.4), or hold random encounters in closed loop."""
     if folder and folder.exists() and not folder.is_dir():
         raise DataError("--out names a folder, but this is a file", file=folder)
-    if jobs == 0:
-        raise ParameterError("--jobs is a number of processes, or -1 for one on each core; not 0")
+    check_jobs(jobs)
     if closed_loop is None:
+        _check_unheeded(Setting(seed, robot, sensor, DEFAULT_MODEL, passersby, keys), jobs)
         _read(models or [DEFAULT_MODEL, *(m for m in model_names() if m != DEFAULT_MODEL)],
               bodies, folder)  # fmt: skip
         return
+    if bodies != BODIES:
+        raise ParameterError(
+            f"--bodies is for the experiments; --closed-loop {closed_loop} says how many people"
+        )
     if models and len(models) > 1:
         raise ParameterError("encounters are held with one model; give --model once")
     load_model(models[0] if models else DEFAULT_MODEL)  # refuse a wrong one before the work
     setting = Setting(seed, robot, sensor, models[0] if models else DEFAULT_MODEL, passersby, keys)
     _encounter(closed_loop, setting, jobs, folder)
+
+
+def _check_unheeded(asked: Setting, jobs: int) -> None:
+    """Refuse what would change nothing without encounters.
+
+    Raises:
+        ParameterError: the sentence names the options.
+    """
+    usual = Setting()
+    given = [
+        f"--{f.name}" for f in fields(Setting) if getattr(asked, f.name) != getattr(usual, f.name)
+    ]
+    given += ["--jobs"] * (jobs != 1)
+    if given:
+        raise ParameterError(
+            f"{' and '.join(given)}: only encounters in closed loop heed this; ask for them with"
+            " --closed-loop N"
+        )
 
 
 def _read(names: list[str], bodies: int, folder: Path | None) -> None:

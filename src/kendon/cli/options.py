@@ -146,6 +146,16 @@ def point(option: str, text: str) -> Vec3:
     return (x, y, z)
 
 
+def check_jobs(jobs: int) -> None:
+    """Refuse a number of processes that cannot be.
+
+    Raises:
+        ParameterError: it is neither -1 nor at least 1.
+    """
+    if jobs != -1 and jobs < 1:
+        raise ParameterError(f"--jobs must be at least 1, or -1 for one for each core, not {jobs}")
+
+
 def _numbers(option: str, text: str, lengths: tuple[int, ...], form: str) -> list[float]:
     try:
         numbers = [float(part) for part in text.split(",")]

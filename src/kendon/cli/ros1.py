@@ -12,6 +12,7 @@ import typer
 
 from kendon.cli.options import note, out
 from kendon.greeter import describe
+from kendon.models import load_model
 from kendon.phases import Phase
 from kendon.robots.base import CHANNELS, Command, CommandStatus
 from kendon.ros.parts import Told
@@ -22,6 +23,7 @@ from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.sources.ros_place import RobotPlace
+from kendon.trees import GreetingTree
 
 EPILOG = """
 **Examples**
@@ -81,7 +83,7 @@ def ros1_command(
         "face_height": face_height, "patience": patience,
     }  # fmt: skip
     chosen = {name: value for name, value in given.items() if value is not None}
-    NodeSettings().with_values(chosen)  # a mistake is told before a master is looked for
+    _check(NodeSettings().with_values(chosen))
     recorder = BagRecorder(record) if record else None
     try:
         start_node("kendon", remappings or [])
@@ -97,6 +99,17 @@ def ros1_command(
             recorder.close()
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
+
+
+def _check(settings: NodeSettings) -> None:
+    """Tell a mistake before a master is looked for.
+
+    Raises:
+        KendonError: the model or the tree cannot be read.
+    """
+    load_model(settings.model)
+    if settings.tree:
+        GreetingTree(Path(settings.tree))
 
 
 def _run(node: GreetingNode, *, quiet: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Annotated
 
@@ -43,6 +44,8 @@ GAZEBO_EPILOG = """
 **Examples**
 
 `kendon gazebo 6,0 1,0` · the thesis's person walks up to the origin (Algorithm 2)
+
+`kendon gazebo -- 6,2 -1.5,0` · a place that begins with a minus comes after two
 
 `kendon gazebo 6,2 1.5,0 --speed 0.8 --model actor1` · slower, and another model
 """
@@ -114,6 +117,8 @@ def gazebo_command(
 def _place(what: str, text: str) -> Pose2D:
     try:
         x, y = (float(part) for part in text.split(","))
-        return Pose2D(x, y, 0.0)
     except ValueError:
-        raise ParameterError(f"{what} of the walk is X,Y in metres, not {text!r}") from None
+        x = y = math.nan
+    if not math.isfinite(x + y):
+        raise ParameterError(f"{what} of the walk is X,Y in metres, not {text!r}")
+    return Pose2D(x, y, 0.0)

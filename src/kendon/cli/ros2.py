@@ -101,6 +101,12 @@ def ros2_command(
         raise ParameterError(
             f"--lateness is more than 0, and at most {MAX_LATENESS:g} s, not {lateness:g}"
         )
+    for option, given in (("--tree", tree), ("--leash", leash), ("--world", world or None)):
+        if robot is None and given is not None:
+            raise ParameterError(
+                f"{option} is for a robot that greets; give --robot"
+                f" {' or '.join(drive.value for drive in Drive)}, too"
+            )
     face = point("--robot-face", robot_face)
     options = BagOptions(base, source_options(camera_pose, None, None, None).camera)
     greeting_model = load_model(model)
@@ -113,12 +119,12 @@ def ros2_command(
     node = Ros2Node(
         transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness
     )
-    if settings is not None:
-        greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
-        node.greet_with(greeter, behaviour)
     stop = _Stop()
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
+        if settings is not None:
+            greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
+            node.greet_with(greeter, behaviour)
         _run(node, domain, seconds, stop)
     except KeyboardInterrupt:
         err.print("stopped at once", style="dim")

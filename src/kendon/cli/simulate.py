@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.progress import Progress
 
-from kendon.cli.options import err, out
+from kendon.cli.options import check_jobs, err, out
 from kendon.errors import DataError
 from kendon.greetings import INDEX, write_greetings
 from kendon.simulation.sets import Seeing, Signs, simulate
@@ -42,6 +42,7 @@ def simulate_command(
     jobs: Annotated[int, typer.Option(help="Processes at work; -1 for one on each core.")] = 1,
 ) -> None:
     """Draw people who greet, and write what is observed of them."""
+    check_jobs(jobs)
     if folder.exists() and not folder.is_dir():
         raise DataError("--out names a folder, but this is a file", file=folder)
     if (folder / INDEX).exists():

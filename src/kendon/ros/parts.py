@@ -115,12 +115,13 @@ class AnsweringPart(NodePart):
         settings: what the user said.
 
     Raises:
-        KendonError: the tree of the settings cannot be read.
+        KendonError: the tree of the settings cannot be read, or asks for what the robot has not.
     """
 
     def __init__(self, robot: Robot, settings: NodeSettings) -> None:
         self.robot = robot
         self.tree = _tree(settings)
+        self.tree.require(robot)
         self._start: float | None = None  # [s], the node's clock at the first tick
         self._now = -math.inf
         self._ticks = 0
