@@ -149,6 +149,20 @@ def test_a_recording_has_the_definitions_of_its_messages(tmp_path: Path) -> None
     assert (bytes(raw), again.header.stamp.to_nsec()) == (sent.getvalue(), START)
 
 
+def test_messages_count_one_after_the_other_though_the_clock_stands_still() -> None:
+    place, settings = RobotPlace(), NodeSettings(part=Part.READING)
+    stream = make_stream(place, settings, "/faces")
+    part = ReadingPart(stream, Watcher(place, settings.robot_face), settings)
+    hearing, came = Hearing(place, stream, part), []
+    for _ in range(3):
+        for _ in range(2):
+            came.append(hearing.arrival(START))
+            assert not list(hearing.pass_time(came[-1]))
+        assert not list(hearing.pass_time(START))  # nothing came for a moment
+    assert came == sorted(set(came))
+    assert hearing.arrival(START - 10**10) == START - 10**10  # the clock began again
+
+
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [

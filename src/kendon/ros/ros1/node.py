@@ -92,8 +92,19 @@ class GreetingNode:
         self._started = time.monotonic()
 
     def run(self) -> Iterator[Told]:
-        """What there is to tell, published, until `stop`; then the robot is stopped."""
+        """What there is to tell, published, until `stop`; then the robot is stopped.
+
+        Likewise when ROS ends the node (``rosnode kill``, or another node of its name).
+        """
         rospy = self._rospy
+        over = threading.Event()
+
+        def end() -> None:
+            """Keep the topics open, which ROS closes after this, until the robot has stopped."""
+            self.stop()
+            over.wait(3 * self.settings.patience)
+
+        rospy.on_shutdown(end)
         threading.Thread(target=self._watch, daemon=True).start()
         try:
             while not (self._ending or rospy.is_shutdown()):
@@ -116,8 +127,11 @@ class GreetingNode:
                 if self._inbox.empty():
                     self._look_around()
         finally:
-            self.part.end()
-            self._settle()
+            try:
+                self.part.end()
+                self._settle()
+            finally:
+                over.set()
 
     def stop(self) -> None:
         """Let `run` end; may be called in a signal handler."""
