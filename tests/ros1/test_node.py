@@ -238,6 +238,37 @@ def test_static_transforms_are_not_lost_while_the_node_is_busy(master: Master) -
         end.unregister()
 
 
+def test_definitions_that_cannot_be_read_are_told_in_one_sentence(master: Master) -> None:
+    pytest.importorskip("rosbags")
+
+    class Odd(ros_module("genpy").Message):  # type: ignore[misc]
+        _type, _md5sum, _full_text = "hri_msgs/IdsList", "0" * 32, "what is this?"
+        _has_header = False
+        __slots__ = ("data",)
+        _slot_types = ("string",)
+
+        def serialize(self, buffer: Any) -> None:
+            buffer.write(b"odd")
+
+    faces = ros_module("rospy").Publisher("/humans/faces/tracked", Odd, queue_size=5)
+    with node(master, "--part", "reading", "--input", "humans") as process:
+        wait_for(faces.get_num_connections, "its ears")
+        for _ in range(3):
+            faces.publish(Odd(""))
+        assert process.stdout is not None
+        said = ""
+        while "do not fit" not in said:
+            said = process.stdout.readline()
+            assert said
+            assert "Traceback" not in said
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+    faces.unregister()
+    assert "Messages of /humans/faces/tracked do not fit the definition of hri_msgs/" in said
+    assert "Traceback" not in rest
+    assert "do not fit" not in rest
+
+
 def test_mistakes_are_one_sentence(master: Master) -> None:
     require_ros1()
     environment = master.child_environment()

@@ -234,7 +234,8 @@ class GreetingNode:
 
     def _look_around(self) -> None:
         """Tell what has become known meanwhile."""
-        for sentence in self.stream.notes:
+        refused = list(self._humans.refused.values()) if self._humans else []
+        for sentence in (*self.stream.notes, *refused):
             self._note(sentence)
         while not self._changes.empty():
             self._tell(self._changes.get())  # each time anew
