@@ -192,6 +192,83 @@ def test_what_is_flushed_arrives_though_the_node_ends_at_once(master: Master) ->
     assert heard == list(range(3000))
 
 
+BUSY = """
+from kendon.ros.ros1.connection import start_node
+from kendon.ros.ros1.node import GreetingNode
+from kendon.ros.settings import NodeSettings, Part
+from kendon.ros.watching import Watcher
+from kendon.sources.ros_place import RobotPlace
+import threading, time
+start_node("busy")
+place, settings = RobotPlace(), NodeSettings(part=Part.READING)
+node = GreetingNode(Watcher(place, settings.robot_face), place, settings)
+while not node.lost:
+    time.sleep(0.01)
+threading.Thread(target=lambda: list(node.run()), daemon=True).start()
+while place.pose.x != 7.0:  # by way of both
+    time.sleep(0.01)
+"""
+
+
+def transform(parent: str, child: str, x: float) -> Any:
+    """A message of /tf, of now."""
+    told = ros_module("geometry_msgs.msg").TransformStamped()
+    told.header.stamp = ros_module("rospy").Time.now()
+    told.header.frame_id, told.child_frame_id = parent, child
+    told.transform.translation.x, told.transform.rotation.w = x, 1.0
+    return ros_module("tf2_msgs.msg").TFMessage([told])
+
+
+def test_static_transforms_are_not_lost_while_the_node_is_busy(master: Master) -> None:
+    rospy, kind = ros_module("rospy"), ros_module("tf2_msgs.msg").TFMessage
+    static = rospy.Publisher("/tf_static", kind, queue_size=1, latch=True)
+    moving = rospy.Publisher("/tf", kind, queue_size=100)
+    static.publish(transform("map", "odom", 5.0))
+    with master.running("-c", BUSY) as process:
+        wait_for(lambda: static.get_num_connections() and moving.get_num_connections(), "its ears")
+
+        def placed() -> bool:
+            for _ in range(20):
+                moving.publish(transform("odom", "base_footprint", 2.0))
+            return process.poll() is not None
+
+        wait_for(placed, "where the robot is in the map")
+        assert process.returncode == 0
+    for end in (static, moving):
+        end.unregister()
+
+
+def test_definitions_that_cannot_be_read_are_told_in_one_sentence(master: Master) -> None:
+    pytest.importorskip("rosbags")
+
+    class Odd(ros_module("genpy").Message):  # type: ignore[misc]
+        _type, _md5sum, _full_text = "hri_msgs/IdsList", "0" * 32, "what is this?"
+        _has_header = False
+        __slots__ = ("data",)
+        _slot_types = ("string",)
+
+        def serialize(self, buffer: Any) -> None:
+            buffer.write(b"odd")
+
+    faces = ros_module("rospy").Publisher("/humans/faces/tracked", Odd, queue_size=5)
+    with node(master, "--part", "reading", "--input", "humans") as process:
+        wait_for(faces.get_num_connections, "its ears")
+        for _ in range(3):
+            faces.publish(Odd(""))
+        assert process.stdout is not None
+        said = ""
+        while "do not fit" not in said:
+            said = process.stdout.readline()
+            assert said
+            assert "Traceback" not in said
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+    faces.unregister()
+    assert "Messages of /humans/faces/tracked do not fit the definition of hri_msgs/" in said
+    assert "Traceback" not in rest
+    assert "do not fit" not in rest
+
+
 def test_mistakes_are_one_sentence(master: Master) -> None:
     require_ros1()
     environment = master.child_environment()

@@ -146,7 +146,7 @@ class Ros2Node:
     def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:
         """Run for ever, a step of 0.1 s at a time: what was told of people, what the robot did.
 
-        However it ends, the robot is told to stop, and who was there is told to be unknown.
+        However it ends, the robot is told to stop, and the recording is finished.
 
         Raises:
             DataError: something heard cannot be right.

@@ -25,7 +25,6 @@ FACE = "kendon_msgs/msg/FaceExtraction"
 OBSERVATION = "kendon_msgs/msg/Observation"
 BELIEF = "kendon_msgs/msg/Belief"
 ENGAGEMENT = "hri_msgs/msg/EngagementLevel"
-STATE = "std_msgs/msg/Int16"
 
 
 @functools.cache

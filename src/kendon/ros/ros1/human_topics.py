@@ -46,6 +46,7 @@ class HumanTopics:
             from rosbags import typesys
         except ImportError as error:
             raise MissingExtraError("ROS4HRI on ROS 1", "bags", "rosbags") from error
+        self.refused: dict[str, str] = {}  # types that cannot be read, and what to tell of them
         self._typesys = typesys
         self._rospy = rospy = ros_module("rospy")
         self._master = ros_module("rosgraph").Master(rospy.get_name())
@@ -72,9 +73,17 @@ class HumanTopics:
         told = RawMessage(
             header["type"], header["md5sum"], header["message_definition"], bytes(raw._buff)
         )
-        if told.md5 not in self._stores:
-            store = self._typesys.get_typestore(self._typesys.Stores.EMPTY)
-            store.register(self._typesys.get_types_from_msg(told.text, told.name))
-            self._stores[told.md5] = store
-        message = self._stores[told.md5].deserialize_ros1(told.data, told.name)
+        try:
+            if told.md5 not in self._stores:
+                store = self._typesys.get_typestore(self._typesys.Stores.EMPTY)
+                store.register(self._typesys.get_types_from_msg(told.text, told.name))
+                self._stores[told.md5] = store
+            message = self._stores[told.md5].deserialize_ros1(told.data, told.name)
+        except Exception:  # what others define and send can make a parser raise anything
+            self.refused.setdefault(
+                told.kind,
+                f"Messages of {topic} do not fit the definition of {told.kind} that their"
+                " publisher sends; they are left out.",
+            )
+            return
         self._put(Heard(topic, topic, message, raw=told))

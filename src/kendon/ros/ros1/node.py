@@ -6,7 +6,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from typing import Any
 
 from kendon.robots.base import CommandKind, CommandStatus, Robot
@@ -22,9 +21,9 @@ from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.telling import fill_belief, fill_observation, fill_state
 from kendon.sources.ros_place import RobotPlace
 
-#: So many messages of a topic may wait, those of ten people of some seconds; older ones are
-#: dropped. rospy drops only what it has read in one go: so much [bytes], or kernels would hold
-#: minutes of messages for a node that cannot keep up.
+#: So many messages may wait, those of ten people of some seconds; older ones are dropped, but for
+#: static transforms. rospy drops only what it has read in one go: so much [bytes], or kernels would
+#: hold minutes of messages for a node that cannot keep up.
 _WAITING, _READ = 1000, 2**22
 #: What has waited for so long while newer messages have come is left out [ns].
 _STALE = 1_000_000_000
@@ -221,9 +220,11 @@ class GreetingNode:
         now = self._rospy.get_rostime().to_nsec()
         if not now:
             return  # simulated time that has not begun
-        if self._inbox.qsize() >= _WAITING:
-            with suppress(queue.Empty):
-                self._inbox.get_nowait()
+        with self._inbox.mutex:
+            waiting = self._inbox.queue
+            if len(waiting) >= _WAITING:  # what is static is told only once
+                oldest = next((i for i, one in enumerate(waiting) if one.role != STATIC), 0)
+                del waiting[oldest]
                 self.lost += 1
         self._inbox.put(heard._replace(came=now))
 
@@ -233,7 +234,8 @@ class GreetingNode:
 
     def _look_around(self) -> None:
         """Tell what has become known meanwhile."""
-        for sentence in self.stream.notes:
+        refused = list(self._humans.refused.values()) if self._humans else []
+        for sentence in (*self.stream.notes, *refused):
             self._note(sentence)
         while not self._changes.empty():
             self._tell(self._changes.get())  # each time anew
