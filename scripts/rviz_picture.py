@@ -15,17 +15,16 @@ import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from ros1.ros1_world import Master, make_this_process_a_node, wait_for
 
 from kendon.geometry import yaw_quaternion
-from kendon.ros.faces import fill_face
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SimulatedPerson, script
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import RobotPlace
 
 ROOT = Path(__file__).parents[1]
 VIEW = ROOT / "ros" / "kendon_ros" / "rviz" / "kendon.rviz"
@@ -128,7 +127,7 @@ def follow(place: RobotPlace) -> None:
 
 
 if __name__ == "__main__":
-    arguments: list[Any] = sys.argv[1:]
+    arguments = sys.argv[1:]
     main(
         Path(arguments[0]) if arguments else ROOT / "docs" / "rviz.png",
         float(arguments[1]) if len(arguments) > 1 else 5.0,

@@ -20,7 +20,7 @@ from kendon.models import Family, fit, load_model, save_model
 from kendon.models.prior import Prior
 from kendon.simulation import Seeing, Signs, simulate
 
-#: How many people of each kind, the seeds that draw them, how many of them walk past, and signs.
+#: How many people of each kind, the seed that draws them, the share that walks past, and signs.
 SETS = (
     (1500, 1, 0.0, Signs.KEYS),
     (3000, 2, 0.0, Signs.BODIES),
@@ -59,7 +59,7 @@ def main() -> None:
         name="trained",
         title="Kendon's model, improved on simulated greeters",
         source=f"scripts/train_default.py: {result.greetings} drawn greetings, {result.rows} rows,"
-        f" {sum(passersby > 0 and count for count, _, passersby, _ in SETS)} passers-by",
+        f" {sum(count for count, _, passersby, _ in SETS if passersby)} passers-by",
     )
     save_model(model, options.out)
     print(f"the model is in {options.out}")

@@ -25,8 +25,8 @@ UNITS: dict[str, str] = {
 }  # fmt: skip
 
 #: How often dsal, csal and hdip are there in an interval of a greeting, by how long each gesture
-#: lasts and how many greetings have it. A detector's probability has this rate in it: without any
-#: evidence it says the rate. A wave 1.3 s in two of three greetings of 8 s, and some nods and bows;
+#: lasts and how many greetings have it. A detector's probability has this rate in it: that is what
+#: it says on average. A wave 1.3 s in two of three greetings of 8 s, and some nods and bows;
 #: a handshake 1.7 s in three of four; a dip 0.6 s in every second (thesis 2.1.3).
 GESTURE_RATES: tuple[float, ...] = (0.13, 0.17, 0.04)
 

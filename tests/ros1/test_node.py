@@ -6,11 +6,12 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import groupby
 from pathlib import Path
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import numpy as np
 import pytest
@@ -18,10 +19,10 @@ from ros1.ros1_world import Master, require_ros1, tells, wait_for
 
 from kendon.greeter import Encounter, Greeter
 from kendon.phases import Phase
-from kendon.ros.faces import fill_face
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_faces import fill_face
 
 CLI = "from kendon.cli import main; main()"
 
@@ -124,7 +125,22 @@ def test_a_greeting_over_topics_is_read_as_in_one_process(master: Master, ends: 
     assert ends.observations[0].distance == pytest.approx(expected.observations.values[0, 0])
 
 
-def test_the_robot_is_stopped_when_the_node_ends(master: Master, ends: Ends) -> None:
+def interrupt(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGINT)
+
+
+def kill_by_name(process: subprocess.Popen[str]) -> None:
+    """As `rosnode kill` does, and the master where another node takes the name."""
+    del process
+    node: Any = ServerProxy(ros_module("rosgraph").Master("/kendon_tests").lookupNode("/kendon"))
+    with suppress(OSError):  # it may end before it has answered, as rosnode knows
+        node.shutdown("/kendon_tests", "the test ends it")
+
+
+@pytest.mark.parametrize("end", [interrupt, kill_by_name])
+def test_the_robot_is_stopped_when_the_node_ends(
+    master: Master, ends: Ends, end: Callable[[subprocess.Popen[str]], None]
+) -> None:
     cancelled: list[Any] = []
     identity = ros_module("actionlib_msgs.msg").GoalID
     rospy = ros_module("rospy")
@@ -140,8 +156,8 @@ def test_the_robot_is_stopped_when_the_node_ends(master: Master, ends: Ends) -> 
                 person.step()
                 threading.Event().wait(0.01)
             wait_for(lambda: ends.states, "a state")
-            process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            end(process)
+            assert process.wait(60) == 0
         wait_for(lambda: any(not c.id for c in cancelled), "the cancellation of all goals")
         listening.unregister()
 

@@ -9,9 +9,9 @@ import pytest
 from kendon.errors import TreeError
 from kendon.robots import make_robot
 from kendon.ros.parts import make_part
-from kendon.ros.place import RobotPlace
 from kendon.ros.settings import NodeSettings, Part
 from kendon.ros.stream import PersonStream
+from kendon.sources.ros_place import RobotPlace
 from kendon.trees import GreetingTree
 
 

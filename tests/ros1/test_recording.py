@@ -15,17 +15,17 @@ from kendon.errors import DataError
 from kendon.estimate import estimate
 from kendon.features import observe
 from kendon.models import load_model
-from kendon.ros.faces import fill_face
 from kendon.ros.hearing import TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1 import record
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.ros.watching import Watcher
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import RobotPlace
 
 pytest.importorskip("rosbags")
 
@@ -147,6 +147,20 @@ def test_a_recording_has_the_definitions_of_its_messages(tmp_path: Path) -> None
     again, sent = kind().deserialize(raw), io.BytesIO()
     first.serialize(sent)
     assert (bytes(raw), again.header.stamp.to_nsec()) == (sent.getvalue(), START)
+
+
+def test_messages_count_one_after_the_other_though_the_clock_stands_still() -> None:
+    place, settings = RobotPlace(), NodeSettings(part=Part.READING)
+    stream = make_stream(place, settings, "/faces")
+    part = ReadingPart(stream, Watcher(place, settings.robot_face), settings)
+    hearing, came = Hearing(place, stream, part), []
+    for _ in range(3):
+        for _ in range(2):
+            came.append(hearing.arrival(START))
+            assert not list(hearing.pass_time(came[-1]))
+        assert not list(hearing.pass_time(START))  # nothing came for a moment
+    assert came == sorted(set(came))
+    assert hearing.arrival(START - 10**10) == START - 10**10  # the clock began again
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,13 @@ from kendon.models import load_model
 from kendon.phases import Phase
 from kendon.robots.base import CHANNELS, Command, CommandStatus
 from kendon.ros.parts import Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.node import GreetingNode
 from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
+from kendon.sources.ros_place import RobotPlace
 from kendon.trees import GreetingTree
 
 EPILOG = """

@@ -104,9 +104,9 @@ def improve(
 
 
 class _Ascent:
-    """The function that is minimised, less both log P(phases | o) and log prior, and its slope.
+    """What is minimised, and its slope.
 
-    The mean of both, and of both a row.
+    Minus the sum of the log prior and the mean of both log P(phases | o), divided by the rows.
     """
 
     def __init__(

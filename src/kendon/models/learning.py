@@ -107,8 +107,9 @@ def fit(
             initial model on or, without one, from the counted one: a better reader of phases, with
             numbers less like what is seen in them. Needs a label on every row. Of people who are
             not greeting in any row it learns to read no salutation in them.
-        progress: called with the start, the iteration and the log posterior, all along; with the
-            log conditional likelihood a row, while that is improved.
+        progress: called with the start, the iteration and the log posterior, all along; while
+            the conditional likelihood is improved, with the mean of both kinds of it a row
+            (`kendon.models.conditional`).
 
     Raises:
         ParameterError: there is nothing to learn from, a value is out of its range, or a

@@ -12,9 +12,9 @@ from typing import Any
 from kendon.errors import UnknownNameError
 from kendon.person import PersonFrame
 from kendon.ros.parts import AnsweringPart, NodePart, Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.stream import PersonStream
 from kendon.ros.telling import phase_of_state
+from kendon.sources.ros_place import RobotPlace
 
 #: What tells where the robot is, and what phase another node has read.
 TRANSFORMS, STATIC, LOCALISED, STATE = "/tf", "/tf_static", "amcl_pose", "state"
@@ -75,7 +75,9 @@ class Hearing:
             self._next += STEP
             yield from self._frames(self.stream.pass_time(at), at)
             yield from self.part.idle(at * _NANO)
-        self.newest = now
+        # Messages that came at one time count one after the other, a little ahead of the clock.
+        if not 0 <= self.newest - now <= _BACK:
+            self.newest = now
 
     def _frames(self, frames: Iterable[PersonFrame], now: int) -> Iterator[Told]:
         for frame in frames:

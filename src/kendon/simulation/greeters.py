@@ -19,6 +19,7 @@ from kendon.person import FloatArray, IntArray, Track
 from kendon.phases import Phase
 from kendon.simulation.embodiment import Salutation, with_body
 from kendon.simulation.limbs import clip
+from kendon.simulation.motion import look_along
 from kendon.simulation.walk import Walk
 
 #: Frames a second.
@@ -64,13 +65,13 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
     # 4 m); larger rooms; and Kendon's garden. Most robots stand in rooms (ours).
     low, high = ((1.6, 4.0), (4.0, 7.0), (7.0, 12.0))[choose(rng, (0.5, 0.27, 0.23))]
     start = float(rng.uniform(low, high))
-    stop = _within(rng.normal(1.1, 0.2), 0.6, min(1.6, start - 0.4))
-    speed = _within(rng.normal(1.2, 0.2), 0.7, 1.9)  # 3.4: medium to slow
+    stop = clip(rng.normal(1.1, 0.2), 0.6, min(1.6, start - 0.4))
+    speed = clip(rng.normal(1.2, 0.2), 0.7, 1.9)  # 3.4: medium to slow
     # Walkers reach their speed at the end of the first step (Breniere and Do 1986), some 0.5 s.
     acceleration = float(speed / rng.uniform(0.3, 0.7))
     # Toward a person they brake over the last steps, as gap closures in general are: gently.
     braking = float(speed / rng.uniform(0.5, 1.8))  # ours
-    sighting = _within(rng.gamma(4, 0.2), 0.3, 2.0)  # 3.4: 0.5 s; people hold it longer
+    sighting = clip(rng.gamma(4, 0.2), 0.3, 2.0)  # 3.4: 0.5 s; people hold it longer
     final = float(rng.normal(3.0, 0.1))  # 2.1.5: less than 3 m
     pauses = rng.random() < 0.05 and start > 4.5  # ours: some hesitate on the way
     pause_at = float(rng.uniform(3.5, start - 0.5)) if pauses else math.nan
@@ -80,7 +81,7 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
     arrival, border = walk.arrival, walk.time_at(final)
     # 2.1.2, 3.4: ten in a hundred salute before they set off, twenty in the final approach, the
     # others on the way; in the videos 18 of 33 salute at all (table 3.2).
-    wave = _within(rng.lognormal(math.log(1.0), 0.4), 0.3, 2.2)
+    wave = clip(rng.lognormal(math.log(1.0), 0.4), 0.3, 2.2)
     wave_at = math.nan
     if rng.random() < 0.6:
         when = choose(rng, (0.1, 0.7, 0.2))
@@ -97,7 +98,7 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         start=start,
         bearing=float(rng.uniform(-1.0, 1.0)),
         aside=float(rng.normal(0, 0.1)),
-        height=_within(rng.normal(1.55, 0.1), 1.2, 1.9),
+        height=clip(rng.normal(1.55, 0.1), 1.2, 1.9),
         speed=speed,
         acceleration=acceleration,
         braking=braking,
@@ -110,14 +111,14 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         wave=wave,
         dip_after=float(rng.uniform(0.0, 0.3)) if dips else math.nan,
         dip=float(rng.uniform(0.3, 0.9)),  # 3.4: 0.3 s; longer in recordings
-        closing=_within(rng.normal(0.1, 0.3), -0.4, 1.0),
+        closing=clip(rng.normal(0.1, 0.3), -0.4, 1.0),
         close=float(rng.uniform(1.0, 3.0)),
         stares=bool(rng.random() < 0.35),
         aversion=float(rng.uniform(0.45, 1.0)),
         downward=bool(rng.random() < 0.5),
-        calm_smile=_within(rng.normal(0.9, 0.25), 0.2, 1.6),
+        calm_smile=clip(rng.normal(0.9, 0.25), 0.2, 1.6),
         # 3.4: 8 of 70 do not smile in the final approach.
-        smile=_within(rng.normal(2.1, 0.35), 1.0, 4.0) if rng.random() > 8 / 70 else 1.0,
+        smile=clip(rng.normal(2.1, 0.35), 1.0, 4.0) if rng.random() > 8 / 70 else 1.0,
     )
 
 
@@ -128,10 +129,6 @@ def choose(rng: np.random.Generator, odds: Sequence[float]) -> int:
     """
     sums = list(accumulate(odds))
     return bisect_right([total / sums[-1] for total in sums], rng.random())
-
-
-def _within(value: float, least: float, most: float) -> float:
-    return min(max(value, least), most)
 
 
 def perform(
@@ -224,8 +221,7 @@ def _look(
     to_face = _ROBOT_FACE - head
     yaw = np.arctan2(to_face[:, 1], to_face[:, 0]) + away
     pitch = np.arctan2(-to_face[:, 2], np.hypot(to_face[:, 0], to_face[:, 1])) + down
-    sy, cy, sp, cp = np.sin(yaw / 2), np.cos(yaw / 2), np.sin(pitch / 2), np.cos(pitch / 2)
-    return np.stack([-sy * sp, cy * sp, sy * cp, cy * cp], axis=1)
+    return look_along(yaw, pitch)
 
 
 def _smile(g: Greeter, t: FloatArray, phases: IntArray, rng: np.random.Generator) -> FloatArray:
@@ -265,7 +261,7 @@ def draw_passerby(rng: np.random.Generator, name: str = "", *, joints: bool = Fa
 
     With joints they have a body, and the gestures are left to detectors.
     """
-    speed = _within(rng.normal(1.3, 0.25), 0.6, 2.0)
+    speed = clip(rng.normal(1.3, 0.25), 0.6, 2.0)
     nearest = float(rng.uniform(0.8, 3.5))
     bearing = float(rng.uniform(-1.0, 1.0))  # of the nearest point of the way
     course = bearing + math.pi / 2 * (1 if rng.random() < 0.5 else -1)
@@ -283,8 +279,8 @@ def draw_passerby(rng: np.random.Generator, name: str = "", *, joints: bool = Fa
         axis=1,
     )
     yaw = course + rng.normal(0, 0.1) + _wander(t, 0.1, rng)
-    look = np.stack([0 * t, 0 * t, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    smile = np.clip(rng.normal(0.8, 0.2) + _wander(t, 0.05, rng), 0, 5)
+    look = look_along(yaw, np.zeros_like(yaw))
+    smile = clip(rng.normal(0.8, 0.2) + _wander(t, 0.05, rng), 0.0, 5.0)
     track = Track.build(
         t, head, head_rotation=look, smile=smile, phases=np.zeros(len(t), dtype=np.int64), name=name
     )

@@ -94,10 +94,10 @@ class SimulatedPerson:
         if self.keys:
             # The head runs on rails, and the body hangs under it where somebody looks at it.
             head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
-            body = _Body(self._moving((x, y), rotation), head)
+            joints = _Joints(self._moving((x, y), rotation), head)
             dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
             return PersonFrame(
-                self.t, head, rotation, joints=body, smile=act.smile, dsal=dsal, csal=csal,
+                self.t, head, rotation, joints=joints, smile=act.smile, dsal=dsal, csal=csal,
                 hdip=hdip, robot=robot,
             )  # fmt: skip
         look = looking_along(*self._turning_look(self._act, (x, y, z), face))
@@ -197,7 +197,7 @@ class SimulatedPerson:
         return self.script.acts[act]
 
 
-class _Body(Mapping[str, Vec3]):
+class _Joints(Mapping[str, Vec3]):
     """The joints of a body under a given head, worked out when somebody looks at them.
 
     With keys most frames' joints are looked at by nobody, and they cost more than all the rest.

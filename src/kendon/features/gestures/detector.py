@@ -55,7 +55,8 @@ class Evidence(NamedTuple):
 def _dipped(evidence: DipEvidence) -> float:
     """The probability of a dip.
 
-    A head that is told by the middle of the skull hardly sinks: there the pitch decides alone.
+    A head that is told by the middle of the skull hardly sinks, which must not speak against a
+    dip: the pitch may tell it alone.
     """
     dip = posterior(evidence, WEIGHTS.dip)
     of_pitch = posterior(evidence.of_pitch, WEIGHTS.dip_of_pitch)
@@ -125,7 +126,10 @@ class GestureDetector:
         return Evidence(hands, nod, dip, bow)
 
     def _aside(self, end: float, since: float) -> float:
-        """How far from the robot the person is turned, head or chest [rad]; NaN when unknown."""
+        """How far from the robot the head is turned, or the chest if that is less [rad].
+
+        NaN when neither is known.
+        """
         head, chest = self._head.aside(end, since), self._trunk.aside(end, since)
         return chest if head != head or chest < head else head
 

@@ -325,7 +325,10 @@ class Arm:
             self._back = end if toward < OUT else first
 
     def _fresh(self, rest: float, end: float) -> float:
-        """The evidence of a hand that last was at rest then; nobody knows how long before it was.
+        """The evidence of how long a hand has been up, or out.
+
+        Of one that has not been seen at rest nobody knows: it may have been so for longer, and
+        nothing speaks for it.
 
         Args:
             rest: when it was last down, or not out [s].
@@ -346,8 +349,8 @@ class Arm:
         """
         if not self._t or end - self._t[0] < STRIDE / 2:
             return math.nan
-        highest = quantile([row[0] for row in self._since(end - STRIDE)], 0.9) / arm
-        now = quantile([row[0] for row in self._since(begin)], 0.5) / arm
+        highest = quantile([row[_UP] for row in self._since(end - STRIDE)], 0.9) / arm
+        now = quantile([row[_UP] for row in self._since(begin)], 0.5) / arm
         return math.nan if now > max(highest - TOGETHER, RAISED) else highest
 
     def covered(self, end: float) -> float:

@@ -13,7 +13,6 @@ from kendon.robots.base import CommandKind, CommandStatus, Robot
 from kendon.ros.hearing import LOCALISED, STATE, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import Told, make_part
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import MasterWatch, flush, require_type
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.ros1.human_topics import Heard, HumanTopics
@@ -21,6 +20,7 @@ from kendon.ros.ros1.record import BagRecorder, RawMessage
 from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.telling import fill_belief, fill_observation, fill_state
+from kendon.sources.ros_place import RobotPlace
 
 #: So many messages of a topic may wait, those of ten people of some seconds; older ones are
 #: dropped. rospy drops only what it has read in one go: so much [bytes], or kernels would hold
@@ -92,8 +92,19 @@ class GreetingNode:
         self._started = time.monotonic()
 
     def run(self) -> Iterator[Told]:
-        """What there is to tell, published, until `stop`; then the robot is stopped."""
+        """What there is to tell, published, until `stop`; then the robot is stopped.
+
+        Likewise when ROS ends the node (``rosnode kill``, or another node of its name).
+        """
         rospy = self._rospy
+        over = threading.Event()
+
+        def end() -> None:
+            """Keep the topics open, which ROS closes after this, until the robot has stopped."""
+            self.stop()
+            over.wait(3 * self.settings.patience)
+
+        rospy.on_shutdown(end)
         threading.Thread(target=self._watch, daemon=True).start()
         try:
             while not (self._ending or rospy.is_shutdown()):
@@ -116,8 +127,11 @@ class GreetingNode:
                 if self._inbox.empty():
                     self._look_around()
         finally:
-            self.part.end()
-            self._settle()
+            try:
+                self.part.end()
+                self._settle()
+            finally:
+                over.set()
 
     def stop(self) -> None:
         """Let `run` end; may be called in a signal handler."""
