@@ -184,6 +184,7 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["gazebo", "--", "-1,inf", "3,0"], ["the start of the walk is X,Y", "-1,inf"]),
         (["ros1", "--model", "nobody"], ["nobody", "trained"]),
         (["ros1", "--tree", "no.xml"], ["no.xml", "cannot be read"]),
+        (["trees", "--export", "mine.txt"], ["mine.txt", ".xml"]),
         (["dance"], ["dance"]),
         (["estimate"], ["--camera 0"]),
     ],

@@ -68,6 +68,8 @@ def trees_command(
 ) -> None:
     """List the nodes that a behaviour tree may use, with their ports."""
     if export:
+        if export.suffix.lower() != ".xml":
+            raise DataError("a file of trees ends in .xml", file=export)
         if export.exists():
             raise DataError("this file exists; name a new one", file=export)
         write_trees(shipped_trees(), export)

@@ -41,6 +41,10 @@ def dask_cluster(address: str) -> Iterator[None]:
     from joblib import parallel_config
 
     try:
+        # A client that cannot be made for its address complains of it again as the program ends.
+        scheme, place = distributed.comm.addressing.parse_address(address)
+        if scheme in ("tcp", "tls"):
+            distributed.comm.addressing.parse_host_port(place)
         client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
