@@ -32,12 +32,12 @@ from kendon.geometry import Pose2D, wrap_angle
 from kendon.greeter import FORGOTTEN, Encounter, Greeter
 from kendon.phases import Phase
 from kendon.robots.base import CHANNELS, Command, CommandKind
-from kendon.ros.faces import fill_face
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.ros1.vizzy import follow_robot
 from kendon.simulation import SCRIPTS, SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import RobotPlace
 
 NODE = "from kendon.cli import main; main()"
 #: How long after its end an encounter's last messages are waited for, until the next begins [s].

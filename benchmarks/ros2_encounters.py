@@ -30,7 +30,6 @@ from kendon.geometry import ORIGIN, Pose2D, quaternion_yaw, wrap_angle
 from kendon.greeter import FORGOTTEN, Encounter, Greeter
 from kendon.robots.base import CommandKind
 from kendon.ros.dds import DdsNode
-from kendon.ros.faces import fill_face
 from kendon.ros.ros2_transport import Offer
 from kendon.ros.ros2_types import (
     BELIEF,
@@ -41,10 +40,11 @@ from kendon.ros.ros2_types import (
     stamp_fields,
     type_store,
 )
-from kendon.ros.stamps import nanoseconds
 from kendon.simulation import SCRIPTS, SimulatedPerson, script
 from kendon.sources import open_source
 from kendon.sources.ros_bags import read_messages
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_stamps import nanoseconds
 
 _NANO = 10**9
 #: Commands whose order tells what the robot answered; drives and looks are sent again and again.

@@ -22,10 +22,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from ros1.ros1_world import Master, make_this_process_a_node, wait_for
 
 from kendon.geometry import yaw_quaternion
-from kendon.ros.faces import fill_face
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SimulatedPerson, script
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import RobotPlace
 
 ROOT = Path(__file__).parents[1]
 VIEW = ROOT / "ros" / "kendon_ros" / "rviz" / "kendon.rviz"

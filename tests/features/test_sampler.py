@@ -132,6 +132,15 @@ def test_letting_time_pass_between_frames_changes_nothing(track: Track, tick: fl
     assert_same(done + sampler.advance(float(track.t[-1]) + TOLERANCE), track)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_source_slower_than_a_beat_is_read_alike_both_ways(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.3, 1.0, 30))
+    track = walk(t)
+    swaying = replace(track, head=track.head + rng.normal(0, 0.05, track.head.shape))
+    assert_same(stream(swaying), swaying)
+
+
 def test_an_observation_comes_as_soon_as_its_interval_is_over() -> None:
     sampler = Sampler()
     assert math.isnan(sampler.next_end)

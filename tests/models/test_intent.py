@@ -64,3 +64,11 @@ def test_a_reset_forgets() -> None:
     assert intent.probability > 0.5
     intent.reset()
     assert intent.probability == pytest.approx(0.5)
+
+
+def test_a_look_on_the_rim_of_the_cone_tells_nothing_however_it_is_rounded() -> None:
+    on_the_rim = [
+        walk(5.0, 0.0, math.pi, gaze=g) for g in (1.0, math.nextafter(1.0, 0.0), 1 + 1e-9)
+    ]
+    assert on_the_rim == [walk(5.0, 0.0, math.pi)] * 3
+    assert walk(5.0, 0.0, math.pi, 0.1, gaze=0.9) > 0.5 > walk(5.0, 0.0, math.pi, 0.1, gaze=1.1)

@@ -19,10 +19,10 @@ from typing import Any
 from kendon.features.sampler import TOLERANCE
 from kendon.geometry import ORIGIN
 from kendon.person import PersonFrame
-from kendon.ros.faces import fill_face
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SCRIPTS, SimulatedPerson, script
+from kendon.sources.ros_faces import fill_face
 
 RATE = 30
 #: How long people are away [s]: longer than they are remembered.

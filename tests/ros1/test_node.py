@@ -18,10 +18,10 @@ from ros1.ros1_world import Master, require_ros1, tells, wait_for
 
 from kendon.greeter import Encounter, Greeter
 from kendon.phases import Phase
-from kendon.ros.faces import fill_face
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_faces import fill_face
 
 CLI = "from kendon.cli import main; main()"
 

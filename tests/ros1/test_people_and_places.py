@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D, yaw_quaternion
 from kendon.phases import Phase
-from kendon.ros.faces import angles_of, fill_face, frame_of_face, rotation_of
-from kendon.ros.people import People
-from kendon.ros.place import BASES, RobotPlace
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.ros.stream import PersonStream
 from kendon.ros.telling import fill_state, phase_of_state
 from kendon.simulation import SimulatedPerson, script
+from kendon.sources.ros_faces import angles_of, fill_face, frame_of_face, rotation_of
+from kendon.sources.ros_people import People
+from kendon.sources.ros_place import BASES, RobotPlace
 
 angles = st.floats(-3.1, 3.1)
 

@@ -15,17 +15,17 @@ from kendon.errors import DataError
 from kendon.estimate import estimate
 from kendon.features import observe
 from kendon.models import load_model
-from kendon.ros.faces import fill_face
 from kendon.ros.hearing import TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1 import record
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.ros.watching import Watcher
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import RobotPlace
 
 pytest.importorskip("rosbags")
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendon.ros.stamps import StreamClock, seconds
+from kendon.sources.ros_stamps import StreamClock, seconds
 
 
 def test_stamps_of_both_generations_are_seconds() -> None:

@@ -22,12 +22,12 @@ from kendon.geometry import Pose2D, quaternion_yaw
 from kendon.phases import Phase
 from kendon.robots import PointRobot
 from kendon.ros.dds import DdsNode
-from kendon.ros.faces import fill_face
 from kendon.ros.ros2_robot import POSE
 from kendon.ros.ros2_transport import Offer
 from kendon.ros.ros2_types import FACE, STRING, build, header_fields, type_store
 from kendon.simulation.person import SimulatedPerson
 from kendon.simulation.scripts import SCRIPTS, script
+from kendon.sources.ros_faces import fill_face
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -31,9 +31,9 @@ from kendon.ros.ros2_reading import PeopleReader
 from kendon.ros.ros2_record import replay
 from kendon.ros.ros2_transport import Offer
 from kendon.ros.ros2_types import BELIEF, FACE, header_fields
-from kendon.ros.stamps import nanoseconds
 from kendon.sources.bags import read_bag_people
 from kendon.sources.ros_bags import read_messages
+from kendon.sources.ros_stamps import nanoseconds
 
 ROOT = Path(__file__).resolve().parents[2]
 TWIST = "geometry_msgs/msg/Twist"

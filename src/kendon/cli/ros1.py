@@ -15,13 +15,13 @@ from kendon.greeter import describe
 from kendon.phases import Phase
 from kendon.robots.base import CHANNELS, Command, CommandStatus
 from kendon.ros.parts import Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.node import GreetingNode
 from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
+from kendon.sources.ros_place import RobotPlace
 
 EPILOG = """
 **Examples**

@@ -20,7 +20,6 @@ from kendon.cli.options import (
 )
 from kendon.errors import ParameterError
 from kendon.geometry import Pose2D
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.faces import FacePublisher
@@ -29,6 +28,7 @@ from kendon.ros.ros1.vizzy import follow_robot
 from kendon.ros.watching import Watcher
 from kendon.simulation.scripts import WALKING_SPEED
 from kendon.sources import open_source
+from kendon.sources.ros_place import RobotPlace
 
 FACES_EPILOG = """
 **Examples**

@@ -59,7 +59,8 @@ class Walk:
     def add(self, t: float, x: float, y: float, robot: tuple[float, float]) -> None:
         """Take in the next position, known and finite."""
         if self._t and t - self._t[0] > 2 * _KEPT:
-            old = bisect_left(self._t, t - _KEPT)
+            # The one before all that are kept stays: the first of them is off the path from it.
+            old = bisect_left(self._t, t - _KEPT) - 1
             for column in (self._t, self._x, self._y, self._robot, self._aside):
                 del column[:old]
         self._t.append(t)

@@ -12,9 +12,9 @@ from typing import Any
 from kendon.errors import UnknownNameError
 from kendon.person import PersonFrame
 from kendon.ros.parts import AnsweringPart, NodePart, Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.stream import PersonStream
 from kendon.ros.telling import phase_of_state
+from kendon.sources.ros_place import RobotPlace
 
 #: What tells where the robot is, and what phase another node has read.
 TRANSFORMS, STATIC, LOCALISED, STATE = "/tf", "/tf_static", "amcl_pose", "state"

@@ -8,12 +8,12 @@ from typing import Any
 
 from kendon.errors import DataError
 from kendon.person import PersonFrame
-from kendon.ros.place import RobotPlace
 from kendon.ros.settings import Input, NodeSettings
 from kendon.ros.stream import PersonStream
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.base import CameraMount
 from kendon.sources.live_people import HeardFrame, LivePeople
+from kendon.sources.ros_place import RobotPlace
 
 #: Frames are looked for so often though nothing comes [ns].
 _LOOKED = 100_000_000

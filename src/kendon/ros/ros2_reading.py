@@ -22,12 +22,12 @@ from kendon.greeter import FORGOTTEN
 from kendon.models import Belief, GreetingModel, Tracker
 from kendon.observations import Observation
 from kendon.phases import Phase
-from kendon.ros.faces import frame_of_face
-from kendon.ros.place import RobotPlace
-from kendon.ros.stamps import StreamClock, seconds
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE, HeardFrame, LivePeople
 from kendon.sources.ros4hri import HumansLog, Person
+from kendon.sources.ros_faces import frame_of_face
+from kendon.sources.ros_place import RobotPlace
+from kendon.sources.ros_stamps import StreamClock, seconds
 
 #: kendon's own input: faces in the robot's base frame (thesis 3.3).
 FACES = "/faces"

@@ -9,7 +9,7 @@ from typing import Any
 from kendon.geometry import Vec3
 from kendon.robots.drive import BaseLimits
 from kendon.robots.driving import check
-from kendon.ros.place import WORLDS, RobotPlace
+from kendon.sources.ros_place import WORLDS, RobotPlace
 
 
 class Drive(StrEnum):

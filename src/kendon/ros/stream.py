@@ -6,11 +6,11 @@ from typing import Any
 
 from kendon.errors import DataError
 from kendon.person import PersonFrame
-from kendon.ros.faces import frame_of_face
-from kendon.ros.people import People
-from kendon.ros.place import RobotPlace
 from kendon.ros.settings import Input, NodeSettings
-from kendon.ros.stamps import StreamClock, seconds
+from kendon.sources.ros_faces import frame_of_face
+from kendon.sources.ros_people import People
+from kendon.sources.ros_place import RobotPlace
+from kendon.sources.ros_stamps import StreamClock, seconds
 
 #: Somebody who is not seen for so long makes way for another one [s].
 _MAKES_WAY = 1.0

@@ -6,7 +6,7 @@ from typing import Any
 
 from kendon.geometry import Pose2D, Vec3
 from kendon.robots.base import Command, Robot
-from kendon.ros.place import RobotPlace
+from kendon.sources.ros_place import RobotPlace
 
 
 class Watcher(Robot):

@@ -12,13 +12,13 @@ from typing import Any
 from kendon.errors import DataError
 from kendon.geometry import Pose2D
 from kendon.person import PersonFrame, Track
-from kendon.ros.faces import frame_of_face
-from kendon.ros.people import People
-from kendon.ros.place import RobotPlace
-from kendon.ros.stamps import StreamClock, seconds
 from kendon.simulation.body import FACE_HEIGHT
 from kendon.sources.bag_people import BagPerson
 from kendon.sources.ros_bags import read_messages, topic_types
+from kendon.sources.ros_faces import frame_of_face
+from kendon.sources.ros_people import People
+from kendon.sources.ros_place import RobotPlace
+from kendon.sources.ros_stamps import StreamClock, seconds
 
 FACES = "kendon_msgs/msg/FaceExtraction"
 POSES = "geometry_msgs/msg/PoseArray"

@@ -16,7 +16,6 @@ import numpy as np
 
 from kendon.errors import DataError
 from kendon.person import PersonFrame
-from kendon.ros.stamps import nanoseconds
 from kendon.sources.bag_people import (
     BASES,
     FACE_LOST,
@@ -26,6 +25,7 @@ from kendon.sources.bag_people import (
     listed,
 )
 from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
+from kendon.sources.ros_stamps import nanoseconds
 
 #: A frame waits so long for what is missing about it, by when its messages came [s].
 PATIENCE = 0.25

@@ -19,7 +19,7 @@ import numpy as np
 
 from kendon.features.smile import smile
 from kendon.person import JOINTS, FloatArray, IntArray
-from kendon.ros.stamps import nanoseconds
+from kendon.sources.ros_stamps import nanoseconds
 from kendon.sources.transforms import TransformTree
 
 #: Matches less sure than this are none (REP-155's ``/human/match_threshold``).

@@ -176,7 +176,8 @@ class Head:
         yaws = self._yaw.since(begin) or self._yaw.since(since)
         turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
         steps = _steps(self._pitch, end)
-        seen = len(self._pitch.since(end - BEAT - SMOOTH))
+        # Of a source slower than a beat there are no steps, nor what they would be made of.
+        seen = max(1, len(self._pitch.since(end - BEAT - SMOOTH)))
         unsure_step = INEFFICIENCY * noise * math.sqrt(len(steps) / seen)
         onset = max(
             (b - a for a, b in zip(steps, steps[STEPS_DOWN:], strict=False)), default=math.nan

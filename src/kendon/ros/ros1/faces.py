@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 
 from kendon.person import PersonFrame
-from kendon.ros.faces import fill_face
-from kendon.ros.place import BASES
 from kendon.ros.ros1.connection import flush
 from kendon.ros.ros1.environment import messages, ros_module
+from kendon.sources.ros_faces import fill_face
+from kendon.sources.ros_place import BASES
 
 
 class FacePublisher:

@@ -13,7 +13,6 @@ from kendon.robots.base import CommandKind, CommandStatus, Robot
 from kendon.ros.hearing import LOCALISED, STATE, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import Told, make_part
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.connection import MasterWatch, flush, require_type
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.ros.ros1.human_topics import Heard, HumanTopics
@@ -21,6 +20,7 @@ from kendon.ros.ros1.record import BagRecorder, RawMessage
 from kendon.ros.ros1.rviz import MarkerPublisher
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
 from kendon.ros.telling import fill_belief, fill_observation, fill_state
+from kendon.sources.ros_place import RobotPlace
 
 #: So many messages of a topic may wait, those of ten people of some seconds; older ones are
 #: dropped. rospy drops only what it has read in one go: so much [bytes], or kernels would hold

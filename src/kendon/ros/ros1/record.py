@@ -13,11 +13,11 @@ from kendon.errors import DataError, MissingExtraError
 from kendon.ros.hearing import LOCALISED, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
-from kendon.ros.place import RobotPlace
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.ros.watching import Watcher
 from kendon.sources.ros4hri import HumansLog
 from kendon.sources.ros_bags import read_messages, topic_types
+from kendon.sources.ros_place import RobotPlace
 
 #: What a recording ends in.
 SUFFIX = ".bag"

@@ -7,8 +7,8 @@ from typing import Any
 from kendon.greeter import Moment
 from kendon.robots.base import Robot
 from kendon.ros.markers import fill_marker, shapes
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.environment import ros_module
+from kendon.sources.ros_place import RobotPlace
 
 
 class MarkerPublisher:

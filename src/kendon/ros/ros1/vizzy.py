@@ -19,9 +19,9 @@ from kendon.features import ROBOT_FACE
 from kendon.geometry import Pose2D, Vec3, yaw_quaternion
 from kendon.robots.base import CHANNELS, Command, CommandKind, Robot
 from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS
-from kendon.ros.place import RobotPlace
 from kendon.ros.ros1.actions import ActionLink, Goal
 from kendon.ros.ros1.environment import messages, ros_module
+from kendon.sources.ros_place import RobotPlace
 
 #: The numbers of Vizzy's arm routines.
 ARM_ROUTINES: Mapping[str, int] = {

@@ -9,7 +9,7 @@ from typing import Any
 from kendon.errors import DataError
 from kendon.geometry import Pose2D, Vec3, compose, yaw_quaternion
 from kendon.person import PersonFrame
-from kendon.ros.place import WORLDS
+from kendon.sources.ros_place import WORLDS
 
 #: How far off the ground a pose lies at most that tells where somebody stands [m].
 _ON_THE_GROUND = 0.5

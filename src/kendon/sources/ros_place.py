@@ -9,7 +9,7 @@ from collections import deque
 from typing import Any
 
 from kendon.geometry import ORIGIN, Pose2D, quaternion_yaw, wrap_angle
-from kendon.ros.stamps import MAX_LATE, TWO_CLOCKS, seconds
+from kendon.sources.ros_stamps import MAX_LATE, TWO_CLOCKS, seconds
 
 #: The names of the robot's base and of the world, the best ones first (REP-105).
 BASES = ("base_footprint", "base_link")
