@@ -61,8 +61,8 @@ def draw_readings(
             axes.tick_params(left=False, labelbottom=place == count - 1)
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(left=0)
-        handles = [Patch(color=p.color, label=f"{p.name}  {p.title}") for p in Phase]
-        handles += [
+        handles = [
+            *(Patch(color=p.color, label=f"{p.name}  {p.title}") for p in Phase),
             Patch(color=_NOBODY, label="no greeting"),
             Line2D([], [], color=INK, lw=2.5, label="not read as labelled"),
         ]
