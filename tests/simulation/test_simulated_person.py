@@ -245,6 +245,26 @@ def test_no_joint_jumps_whatever_the_acts_are(seed: int, name: str, movement: st
     assert 2 * np.arccos(np.clip(turns, -1, 1)).max() * 30 < math.radians(600)
 
 
+@pytest.mark.parametrize("drive", [0.0, 0.4, -0.3])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_hand_is_half_raised_when_its_phase_begins(seed: int, drive: float) -> None:
+    """Also where a phase begins at a distance, and the robot drives: hands take 0.5 to 0.9 s."""
+    acts = tuple(replace(act, movement="") for act in SCRIPTS["plain"].acts)
+    people = [
+        SimulatedPerson(replace(SCRIPTS["plain"], acts=which), keys=False, seed=seed)
+        for which in (SCRIPTS["plain"].acts, acts)
+    ]
+    raised = 0.0  # [s], when a hand leaves where it would be if it were never held out
+    while people[0].phase is not Phase.CS:
+        pose = Pose2D(drive * people[0].t, 0.0, 0.0)
+        shakes, waits = (person.frame(pose).joints for person in people)
+        if shakes["r_wrist"] == waits["r_wrist"] and shakes["l_wrist"] == waits["l_wrist"]:
+            raised = people[0].t
+        for person in people:
+            person.step(pose)
+    assert 0.25 - 1 / 30 < people[0].t - raised < 0.45 + 2 / 30
+
+
 def test_a_head_that_dips_goes_down_and_comes_up_again() -> None:
     track, phases = moving("normal")
     now = np.array(phases)

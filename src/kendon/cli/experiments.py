@@ -128,7 +128,7 @@ def _read(names: list[str], bodies: int, folder: Path | None) -> None:
 
     for stem, title, scenes in (
         ("thesis", "The thesis's six experiments (3.6.4)", THESIS),
-        ("ours", "Six more", OURS),
+        ("ours", "Six experiments of ours", OURS),
     ):
         rows = [
             (f"{model.name}, {'keys' if keys else 'detected'}",

@@ -28,15 +28,16 @@ ASSUMED = (
     " fourth experiments come to just what table 3.8 counts.",
     "They sight the robot for 0.6 s (3.4 takes 0.5 s; labels come every 0.2 s), and the close"
     " salutation lasts as long as table 3.8 has labels for.",
-    "A distance salutation is a wave of 0.8 s and a head dip takes 0.4 s, both while walking.",
+    "A distance salutation is a wave of 1.2 s, which arms need to be plainly seen to stroke once,"
+    " and a head dip takes 0.4 s, both while walking.",
     "The final approach begins 3 m from the robot (2.1.5), or after the head dip if that is later.",
-    "The third experiment starts 5 m away, and its wave begins at 2.4 m.",
+    "The third experiment starts 5 m away, and its wave begins at 2.6 m.",
     "The person sights the robot in a fourth experiment with no approach before the final one, as"
     " table 3.7 has it.",
 )
 #: Frames a second; Algorithm 2 sets ten, cameras more.
 _RATE = 30.0
-_SIGHTING, _WAVE, _DIP = 0.6, 0.8, 0.4
+_SIGHTING, _WAVE, _DIP = 0.6, 1.2, 0.4
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,11 @@ _DS = Act(Phase.DS, seconds=_WAVE, walking=True)
 _HD = Act(Phase.HD, seconds=_DIP, walking=True)
 _EVERY = (_walk(Phase.APP, 4.0), _DS, _HD, _walk(Phase.FA, 1.0))
 _PLAIN = (_walk(Phase.APP, 3.0), _walk(Phase.FA, 1.0))
-_CLOSE_WAVE = (_walk(Phase.APP, 3.0), _walk(Phase.FA, 2.4), _DS, _walk(Phase.FA, 1.0))
-_LATE_WAVE = (_walk(Phase.APP, 3.0), _walk(Phase.FA, 1.9), _DS, _walk(Phase.FA, 1.0))
+_CLOSE_WAVE = (_walk(Phase.APP, 3.0), _walk(Phase.FA, 2.6), _DS, _walk(Phase.FA, 1.0))
+# Cut short by the arrival.
+_LATE_WAVE = (
+    _walk(Phase.APP, 3.0), _walk(Phase.FA, 1.9), Act(Phase.DS, until_distance=1.0, walking=True),
+)  # fmt: skip
 
 
 def _still(_: float) -> Pose2D:

@@ -13,7 +13,7 @@ from kendon.person import FloatArray, Track
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.motion import count_steps, move
-from kendon.simulation.movements import Movement, draw_movement, lasting
+from kendon.simulation.movements import Movement, draw_movement, shown
 
 #: What people do in each salutation, and how often; ours, after what Kendon lists (2.1.2, 2.1.6).
 #: In a close salutation "" is to stand and look, as those do who do not touch.
@@ -43,18 +43,14 @@ def draw_salutation(
 ) -> Movement | None:
     """A movement that shows a salutation, or None for one that only stands and looks.
 
-    Labels begin and end when an arm is on its way, about half raised.
+    Labels begin and end when it is plainly shown.
     """
     phase, begin, seconds = salutation
     kinds = REPERTOIRE[phase]
     kind = str(rng.choice(list(kinds), p=list(kinds.values())))
     if not kind:
         return None
-    drawn = draw_movement(kind, rng, handed=handed, near=phase is Phase.CS)
-    if drawn.hands:
-        early = drawn.rise / 2
-        begin, seconds = begin - early, seconds + early + drawn.fall / 2
-    return replace(lasting(drawn, seconds), begin=begin)
+    return shown(draw_movement(kind, rng, handed=handed, near=phase is Phase.CS), begin, seconds)
 
 
 def with_body(

@@ -131,6 +131,20 @@ def lasting(movement: Movement, seconds: float) -> Movement:
     return replace(m, duration=duration, rise=rise, fall=fall, size=size)
 
 
+def shown(movement: Movement, begin: float, seconds: float = math.nan) -> Movement:
+    """The same movement, plainly shown from a time on [s], for so long, or for its own time.
+
+    Who watches sees a hand's salutation begin and end when the arm is on its way, about half
+    raised; a head's or a trunk's as soon as it moves.
+    """
+    if not movement.hands:
+        return replace(lasting(movement, seconds) if seconds == seconds else movement, begin=begin)
+    early, late = movement.rise / 2, movement.fall / 2
+    if seconds == seconds:
+        movement = lasting(movement, early + seconds + late)
+    return replace(movement, begin=begin - early)
+
+
 def _other(hand: str) -> str:
     return "l" if hand == "r" else "r"
 

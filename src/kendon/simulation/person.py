@@ -17,7 +17,7 @@ from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.limbs import min_jerk
 from kendon.simulation.motion import Instant, looking_along, move_now
-from kendon.simulation.movements import Movement, draw_movement, lasting
+from kendon.simulation.movements import Movement, draw_movement, shown
 from kendon.simulation.scripts import Act, Script
 
 #: A person gives up on a robot that they have not come nearer to for so long [s] ...
@@ -36,10 +36,11 @@ class SimulatedPerson:
     beforehand but read anew at each station: the stop distance away from the robot. A person
     who cannot catch up with a robot that runs away gives up after `PATIENCE`.
 
-    The person has a body that moves as each act says. With keys the head stays on the rails of
-    Algorithm 2, pointing where each act's gaze says, and the gestures are given by hand as in the
-    thesis (3.3.5). Without, the head sways, turns and dips as heads do, and the gestures are left
-    to detectors.
+    The person has a body that moves as each act says: a hand is on its way before, so that it is
+    half raised when the act begins, as far as it can be told when that will be. With keys the
+    head stays on the rails of Algorithm 2, pointing where each act's gaze says, and the gestures
+    are given by hand as in the thesis (3.3.5). Without, the head sways, turns and dips as heads
+    do, and the gestures are left to detectors.
 
     Args:
         script: what the person does.
@@ -75,7 +76,11 @@ class SimulatedPerson:
         self._legs_speed = 0.0  # [m/s], of walking, as smooth as legs are
         self._steps = 0.0  # walked so far
         self._movements: list[Movement] = []
-        self._begin_movement()
+        self._gap = math.nan  # [m] to the robot, at the last station
+        first = self._draw(0)
+        if first:
+            self._movements.append(first)
+        self._coming = self._draw(1)  # what the next act plays, if it began at 0 s
 
     @property
     def phase(self) -> Phase:
@@ -117,6 +122,7 @@ class SimulatedPerson:
             self._walk(robot)
         self._swing(math.dist(before, self.position) * self.rate)
         distance = self._distance(robot)
+        self._get_ready(distance)
         arrived = distance <= self.script.stop_distance + 1e-6
         over = self.t - self._begun[-1] >= act.seconds - 1e-9  # False for acts without a time
         there = distance <= act.until_distance + 1e-6 or arrived
@@ -133,17 +139,35 @@ class SimulatedPerson:
             self._begun.append(self.t)
             self._nearest, self._came_nearer = math.inf, self.t
             self._begin_movement()
+            self._coming = self._draw(act + 1)
+
+    def _draw(self, act: int) -> Movement | None:
+        """The movement of an act, as if that began at 0 s."""
+        if act >= len(self.script.acts) or not (kind := self.script.acts[act].plays):
+            return None
+        near = self.script.acts[act].phase is Phase.CS
+        drawn = draw_movement(kind, self._rng, handed=self._body.handed, near=near)
+        return shown(drawn, 0.0, self.script.acts[act].seconds)
+
+    def _get_ready(self, distance: float) -> None:
+        """Begin the next act's movement when what it takes to be seen is all the time left."""
+        act = self.script.acts[self._act]
+        nearing, self._gap = (self._gap - distance) * self.rate, distance
+        if self._coming and self._coming.begin < 0:
+            if math.isfinite(act.seconds):
+                left = act.seconds - (self.t - self._begun[-1])
+            else:
+                way = distance - max(act.until_distance, self.script.stop_distance)
+                left = way / nearing if nearing > 0 else math.inf
+            if left <= -self._coming.begin:
+                self._begin_movement()
 
     def _begin_movement(self) -> None:
-        """Begin the act's movement; one that is not over goes on beside it."""
-        act = self.script.acts[self._act]
+        """Begin what is coming; a movement that is not over goes on beside it."""
         self._movements = [m for m in self._movements if m.end > self.t]
-        if act.plays:
-            near = act.phase is Phase.CS
-            drawn = draw_movement(act.plays, self._rng, handed=self._body.handed, near=near)
-            if math.isfinite(act.seconds):
-                drawn = lasting(drawn, act.seconds)
-            self._movements.append(replace(drawn, begin=self.t))
+        if self._coming:
+            self._movements.append(replace(self._coming, begin=self.t))
+            self._coming = None
 
     def _swing(self, speed: float) -> None:
         """Let the legs follow the person's speed."""

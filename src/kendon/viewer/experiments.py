@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from kendon.estimate import stretches
@@ -39,7 +40,7 @@ def draw_readings(
     """
     count = len(rows[0][1])
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11, 0.6 + count * (0.5 + 0.27 * len(rows))), layout="constrained")
+        figure = Figure(figsize=(11, 1.0 + count * (0.5 + 0.27 * len(rows))), layout="constrained")
         FigureCanvasAgg(figure)
         figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
         panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
@@ -52,17 +53,20 @@ def draw_readings(
             for row, (name, readings) in enumerate(rows, start=1):
                 reading = readings[place]
                 _strip(axes, -row, reading.observations.t, reading.read)
-                wrong = reading.observations.t[reading.right == 0] - 0.1
-                axes.plot(wrong, np.full(len(wrong), -row), "x", color=INK, ms=4, mew=1.2)
+                _underline(axes, -row, reading.observations.t, reading.right == 0)
                 names.append(f"{name}  {reading.correct}/{reading.labels}")
             axes.set_yticks([-i for i in range(len(names))], names, fontsize=7)
             axes.set_ylim(-len(rows) - 0.55, 0.55)
             axes.spines["left"].set_visible(False)
             axes.tick_params(left=False, labelbottom=place == count - 1)
-        panels[-1].set_xlabel(
-            "time [s]    (× = not as labelled; grey without letters = no greeting)"
-        )
+        panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(left=0)
+        handles = [
+            *(Patch(color=p.color, label=f"{p.name}  {p.title}") for p in Phase),
+            Patch(color=_NOBODY, label="no greeting"),
+            Line2D([], [], color=INK, lw=2.5, label="not read as labelled"),
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
         save_figure(figure, Path(path))
 
 
@@ -94,8 +98,12 @@ def draw_verdict(
         below.set_xlim(0, encounter.duration)
         draw_paths(figure.add_subplot(grid[:, 1]), encounter)
         figure.legend(
-            handles=[Patch(color=p.color, label=p.name) for p in Phase],
-            loc="outside lower center", ncols=6, frameon=False,
+            handles=[
+                *(Patch(color=p.color, label=f"{p.name}  {p.title}") for p in Phase),
+                Line2D([], [], marker="^", ls="", mfc=_NOBODY, mec=INK, label="the robot answers"),
+                Line2D([], [], marker="x", ls="", color=INK, mew=2, label="it does not"),
+            ],
+            loc="outside lower center", ncols=4, frameon=False,
         )  # fmt: skip
         save_figure(figure, Path(path))
 
@@ -116,3 +124,14 @@ def _strip(axes: Axes, row: float, t: np.ndarray, phases: IntArray) -> None:
             )  # fmt: skip
     axes.axhline(row - 0.5, color="white", lw=1)
     axes.tick_params(colors=SOFT)
+
+
+def _underline(axes: Axes, row: float, t: np.ndarray, wrong: np.ndarray) -> None:
+    """Mark the stretches of a strip that are wrong, at its foot: its letters stay readable."""
+    width = float(np.median(np.diff(t))) if len(t) > 1 else 0.2
+    for start, stop, marked in stretches(wrong.astype(int)):
+        if marked:
+            axes.barh(
+                row - 0.36, t[stop - 1] - t[start] + width, left=t[start] - width, height=0.16,
+                color=INK, lw=0,
+            )  # fmt: skip

@@ -133,7 +133,9 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
                 gestures.barh(
                     -row, 0.2, left=time - 0.2, height=0.7, color=phase.color, alpha=value
                 )
-    gestures.set_yticks([0, -1, -2], ["dsal", "csal", "hdip"], fontsize=7)
+    gestures.set_yticks(
+        [0, -1, -2], ["salutes from afar", "salutes nearby", "dips the head"], fontsize=7
+    )
     gestures.set_ylim(-2.6, 0.6)
     if not np.isfinite(values[:, 4:]).any():
         gestures.text(
