@@ -99,7 +99,11 @@ class Scenes:
             if not number or end - begin < chosen.get(Phase(number), (-1.0, 0.0))[0]:
                 continue
             salutes = [
-                min(action.start + _AT_ITS_BEST, action.end - 0.1)
+                # While the person is still at it, whose hand sinks toward the end.
+                max(
+                    action.start,
+                    min(action.start + _AT_ITS_BEST, action.end - 0.1, begin + 0.7 * (end - begin)),
+                )
                 for action in self.encounter.actions
                 if action.command.kind is CommandKind.GESTURE
                 and action.command.asked["name"] != "home"
