@@ -6,6 +6,7 @@ import signal
 import subprocess
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from robots.robot_contract import COMMANDS, RobotContract, run_until_ended
@@ -47,11 +48,11 @@ def obeying(master: Master) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.usefixtures("obeying")
 class TestVizzy(RobotContract):
-    def make(self) -> Robot:
+    def make(self) -> PacedVizzy:
         return connected()
 
     @pytest.fixture
-    def robot(self) -> Iterator[Robot]:
+    def robot(self) -> Iterator[PacedVizzy]:
         robot = self.make()
         yield robot
         robot.__dict__.pop("_abort", None)  # what a test has put there in its place
@@ -79,6 +80,22 @@ class TestVizzy(RobotContract):
         said = robot.say("Muito prazer", "pt")
         assert (said.sent["language"], said.sent["voice"]) == ("pt_PT", "pt-PT-Wavenet-D")
         assert robot.gesture("angry").sent["routine"] == 10
+
+    def test_a_stop_that_reaches_the_robot_late_spares_what_came_after_it(
+        self, robot: PacedVizzy, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        cancels = robot._base._client.pub_cancel
+        held: list[Any] = []
+        with monkeypatch.context() as patch:
+            patch.setattr(cancels, "publish", held.append)
+            COMMANDS["go_to"](robot)
+            robot.stop()
+            drive = COMMANDS["go_to"](robot)
+        robot.update(robot.time + 0.5)
+        for message in held:
+            cancels.publish(message)
+        run_until_ended(robot, drive)
+        assert (drive.status, drive.reason) == (CommandStatus.SUCCEEDED, "")
 
     def test_another_node_that_takes_over_fails_the_command(self, robot: Robot) -> None:
         other = connected()

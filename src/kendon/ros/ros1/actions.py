@@ -19,6 +19,8 @@ _STATUS_HOLDS = 5.0
 class Goal:
     """A goal that was sent: how it stands, as ROS's threads tell it."""
 
+    asked: Any  # what was sent
+    after_cancel: bool = False  # of all goals, on another topic: the server may hear of it later
     handle: Any = None
     id: str = ""
     heard: bool = False  # since it was last looked at
@@ -58,6 +60,9 @@ class ActionLink:
         self._done = ros_module("actionlib").CommState.DONE
         self._lost = actionlib_msgs.GoalStatus.LOST
         self._cancel_all = actionlib_msgs.GoalID
+        statuses = actionlib_msgs.GoalStatus
+        self._taken_off = (statuses.PREEMPTED, statuses.RECALLED)
+        self._cancelled = False  # all goals, since the last one was sent
         rospy.Subscriber(
             f"{self.name}/status", actionlib_msgs.GoalStatusArray, self._take_status, queue_size=10
         )
@@ -79,7 +84,8 @@ class ActionLink:
         """
         if not self.connected:
             raise RobotError(f"no action server answers at {self.name}")
-        sent = Goal()
+        sent = Goal(goal, self._cancelled)
+        self._cancelled = False
         sent.handle = self._client.send_goal(
             goal,
             transition_cb=lambda handle: self._moved_on(sent, handle),
@@ -104,6 +110,11 @@ class ActionLink:
     def cancel_all(self) -> None:
         """Ask the server to stop whatever it does, for whomever."""
         self._client.pub_cancel.publish(self._cancel_all())
+        self._cancelled = True
+
+    def swept(self, goal: Goal) -> bool:
+        """Whether a goal may have ended by the cancel of all goals that went out before it."""
+        return goal.over and goal.after_cancel and goal.status in self._taken_off
 
     def _take_status(self, message: Any) -> None:
         self._status_at = self._now()

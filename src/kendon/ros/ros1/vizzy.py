@@ -153,12 +153,15 @@ class Vizzy(Robot):
 
     def _advance(self, dt: float) -> None:
         del dt
-        for command, (_, goal) in list(self._goals.items()):
+        for command, (link, goal) in list(self._goals.items()):
             if goal.take_heard():
                 self.hear(command)
             if goal.over:
                 del self._goals[command]
-                self._finish(command, goal)
+                if link.swept(goal) and link.connected:
+                    self._start(command, link, goal.asked)  # the stop was meant for those before
+                else:
+                    self._finish(command, goal)
         for command, until in list(self._until.items()):
             self._wait(command, until)
         self._leaving = [goal for goal in self._leaving if not self._gone(goal)]
