@@ -29,6 +29,16 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 STRING = "std_msgs/msg/String"
 #: Everything is waited for so long, then a test fails: even a crawling machine is quicker [s].
 LIMIT = 300.0
+#: A tree that drives on and on while there is a phase.
+DRIVING_TREE = """<root BTCPP_format="4" main_tree_to_execute="Go">
+  <BehaviorTree ID="Go">
+    <ReactiveSequence>
+      <GetState state="{state}"/>
+      <MoveBase goal_pose="30;0;0" frame_id="map" action_name="move_base"/>
+    </ReactiveSequence>
+  </BehaviorTree>
+</root>
+"""
 
 
 def free_domain() -> int:

@@ -18,7 +18,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra 'ros2' is not installed")
 pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")
 from bag_files import Told, Transform, write_bag
-from ros2_peers import LIMIT, LOOPBACK, ODOMETRY, free_domain, peer, stamp, until
+from ros2_peers import DRIVING_TREE, LIMIT, LOOPBACK, ODOMETRY, free_domain, peer, stamp, until
 from shared_data import shared_file
 
 from kendon.cli import main
@@ -257,19 +257,8 @@ class World:
 def tree(tmp_path: Path) -> Path:
     """A tree that drives on and on while there is a phase."""
     path = tmp_path / "tree.xml"
-    path.write_text(TREE)
+    path.write_text(DRIVING_TREE)
     return path
-
-
-TREE = """<root BTCPP_format="4" main_tree_to_execute="Go">
-  <BehaviorTree ID="Go">
-    <ReactiveSequence>
-      <GetState state="{state}"/>
-      <MoveBase goal_pose="30;0;0" frame_id="map" action_name="move_base"/>
-    </ReactiveSequence>
-  </BehaviorTree>
-</root>
-"""
 
 
 def test_the_base_stops_on_ctrl_c(node: DdsNode, kendon: Any, tree: Path) -> None:

@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")
 from bag_files import Transform, write_bag
 from ros2.wire import STEP, Wire, World
+from ros2_peers import DRIVING_TREE
 
 from kendon.models import load_model
 from kendon.ros.ros2_node import Ros2Node
@@ -24,16 +25,6 @@ from kendon.sources.ros_bags import read_messages
 from kendon.trees import GreetingTree
 
 SECOND = 10**9
-#: Drives on and on while there is a phase.
-TREE = """<root BTCPP_format="4" main_tree_to_execute="Go">
-  <BehaviorTree ID="Go">
-    <ReactiveSequence>
-      <GetState state="{state}"/>
-      <MoveBase goal_pose="30;0;0" frame_id="map" action_name="move_base"/>
-    </ReactiveSequence>
-  </BehaviorTree>
-</root>
-"""
 
 
 class Life:
@@ -68,7 +59,7 @@ class Life:
 @pytest.fixture
 def life(tmp_path: Path) -> Iterator[Life]:
     tree = tmp_path / "tree.xml"
-    tree.write_text(TREE)
+    tree.write_text(DRIVING_TREE)
     life = Life(tree)
     yield life
     life.steps.close()
