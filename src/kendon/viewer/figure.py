@@ -147,7 +147,7 @@ def draw_observations(panels: list[Axes], observations: Observations) -> None:
 def draw_commands(axes: Axes, encounter: Encounter) -> None:
     """The robot's commands over time, a lane for each part of its body."""
     axes.set_title("What the robot does")
-    letter = encounter.duration * 0.009  # the width of one, roughly
+    letter = encounter.duration * 0.0085  # the width of one, roughly
     stretches = encounter.stretches
     for place, (action, end, _) in enumerate(stretches):
         row = -_LANES.index(action.channel)
@@ -156,13 +156,16 @@ def draw_commands(axes: Axes, encounter: Encounter) -> None:
         axes.barh(row, length, left=action.start, height=0.55, color=color, lw=0)
         axes.plot(action.start, row, marker="|", ms=11, color=INK, mew=1.2)
         follows = (a.start for a, _, _ in stretches[place + 1 :] if a.channel == action.channel)
-        room = (next(follows, encounter.duration) - action.start) / letter
+        free = next(follows, encounter.duration) - action.start - length
         short = action.label.removeprefix("look ").removesuffix(" high")
-        label = next((t for t in (action.label, short) if len(t) <= room), "")
-        inside = len(label) * letter <= length
+        texts = [t for t in (action.label, short) if len(t) * letter <= max(length, free)]
+        if not texts:
+            continue
+        inside = len(texts[0]) * letter <= length  # else behind its bar, where nothing is
         axes.annotate(
-            label, (action.start, row), xytext=(4, 0), textcoords="offset points", va="center",
-            fontsize=7, color="white" if inside and action.phase in DARK else INK,
+            texts[0], (action.start + (0 if inside else length), row), xytext=(4, 0),
+            textcoords="offset points", va="center", fontsize=7,
+            color="white" if inside and action.phase in DARK else INK,
         )  # fmt: skip
     axes.set_yticks([-i for i in range(len(_LANES))], _LANES)
     axes.set_ylim(-len(_LANES) + 0.4, 0.6)
