@@ -36,8 +36,8 @@ class SimulatedPerson:
     beforehand but read anew at each station: the stop distance away from the robot. A person
     who cannot catch up with a robot that runs away gives up after `PATIENCE`.
 
-    The person has a body that moves as each act says: a hand is on its way before, so that it is
-    half raised when the act begins, as far as it can be told when that will be. With keys the
+    The person has a body that moves as each act says: a movement is on its way before, so that it
+    is half made when the act begins, as far as it can be told when that will be. With keys the
     head stays on the rails of Algorithm 2, pointing where each act's gaze says, and the gestures
     are given by hand as in the thesis (3.3.5). Without, the head sways, turns and dips as heads
     do, and the gestures are left to detectors.
@@ -76,6 +76,8 @@ class SimulatedPerson:
         self._legs_speed = 0.0  # [m/s], of walking, as smooth as legs are
         self._steps = 0.0  # walked so far
         self._movements: list[Movement] = []
+        self._half_made = 0.0  # [s], when the newest movement is
+        self._plain = 0.0  # [s], when the act is plainly shown
         self._gap = math.nan  # [m] to the robot, at the last station
         first = self._draw(0)
         if first:
@@ -84,8 +86,13 @@ class SimulatedPerson:
 
     @property
     def phase(self) -> Phase:
-        """The phase the person is in."""
-        return self.script.acts[self._act].phase
+        """The phase the person is in.
+
+        One that a movement shows begins when that is half made, however little time there was
+        to get ready for it. Keys are pressed as the script says.
+        """
+        late = not self.keys and self.t < self._plain - 1 / self.rate
+        return self.script.acts[self._act - late].phase
 
     def frame(self, robot: Pose2D = ORIGIN, face: Vec3 = (0.0, 0.0, 1.2)) -> PersonFrame:
         """The person now, seen from a robot.
@@ -139,6 +146,7 @@ class SimulatedPerson:
             self._begun.append(self.t)
             self._nearest, self._came_nearer = math.inf, self.t
             self._begin_movement()
+            self._plain = self._half_made if self.script.acts[act].plays else self.t
             self._coming = self._draw(act + 1)
 
     def _draw(self, act: int) -> Movement | None:
@@ -167,6 +175,7 @@ class SimulatedPerson:
         self._movements = [m for m in self._movements if m.end > self.t]
         if self._coming:
             self._movements.append(replace(self._coming, begin=self.t))
+            self._half_made = self.t - self._coming.begin
             self._coming = None
 
     def _swing(self, speed: float) -> None:
