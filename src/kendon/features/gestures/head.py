@@ -76,6 +76,7 @@ class DipEvidence(NamedTuple):
     turned: float
     brief: float
     onset: float
+    back: float
     sunk: float
     sank: float
 
@@ -98,6 +99,7 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
+BACK = Weighing(0.55, -0.1, -5.0, 1.0)  # share of the way up again from the lowest
 # Where the head is told by the middle of the skull it hardly sinks, however it bends.
 SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
 SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
@@ -161,7 +163,7 @@ class Head:
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
+            return DipEvidence(*[math.nan] * 6, *sunk), None
         jitter = self._pitch.jitter(end - QUIET)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
@@ -189,6 +191,7 @@ class Head:
                 _steepest(course, STEPS_DOWN) - taken_along - EXTREMES * unsure_step,
                 math.sqrt(2.0) * unsure_step,
             ),
+            _come_back(course, usual, unsure_step),
             *sunk,
         )
         nod = NodEvidence(
@@ -245,6 +248,16 @@ def _steepest(course: Sequence[float], apart: int) -> float:
     """How far it goes at most within so many of the latest steps; NaN when unknown."""
     latest = course[-round(FALLS / SMOOTH) - 1 :]
     return max((b - a for a, b in zip(latest, latest[apart:], strict=False)), default=math.nan)
+
+
+def _come_back(course: Sequence[float], usual: float, noise: float) -> float:
+    """The evidence that a head that was down is coming up again; NaN when unknown."""
+    latest = course[-round(FALLS / SMOOTH) - 1 :]
+    if not latest:
+        return math.nan
+    lowest = max(latest)
+    depth = max(lowest - usual, noise, LARGEST_BEAT / 2)
+    return BACK.evidence((lowest - latest[-1]) / depth, math.sqrt(2.0) * noise / depth)
 
 
 def _above(value: float) -> float:
