@@ -103,7 +103,7 @@ BACK = Weighing(0.55, -0.1, -5.0, 1.0)  # share of the way up again from the low
 # Where the head is told by the middle of the skull it hardly sinks, however it bends.
 SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
 SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
-BEAT = Weighing(math.radians(4.0), math.radians(0.7), -3.0, 8.0)  # down or up, and back [rad]
+BEAT = Weighing(math.radians(5.0), math.radians(0.7), -3.0, 8.0)  # down or up, and back [rad]
 BOB = Weighing(0.008, 0.003, -1.0, 5.0)  # of the face over the shoulders, likewise [m]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
 
