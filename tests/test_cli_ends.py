@@ -1,0 +1,102 @@
+"""How the command line ends: mistakes of typing, readers that go, full disks, Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import Kendon
+
+PROGRAM = [sys.executable, "-m", "kendon"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["greet", "--modle", "x"],
+            "there is no option '--modle' (kendon greet --help lists them); did you mean"
+            " '--model' or '--model-files' or '--pose-model'?",
+        ),
+        (["--frobnicate"], "there is no option '--frobnicate' (kendon --help lists them)"),
+        (
+            ["estimate", "simulated", "--decoder", "magic"],
+            "--decoder: 'magic' is not one of 'filter', 'viterbi'; see kendon estimate --help",
+        ),
+        (["fit"], "missing argument 'FILE_OR_FOLDER...'; see kendon fit --help"),
+        (["fit", "people"], "missing option '--out'; see kendon fit --help"),
+        (["greet", "--model"], "option '--model' requires an argument; see kendon greet --help"),
+        (["greet", "--quiet=3"], "option '--quiet' does not take a value; see kendon greet --help"),
+    ],
+)
+def test_what_is_typed_wrongly_is_told_like_any_other_mistake(
+    kendon: Kendon, words: list[str], sentence: str
+) -> None:
+    run = kendon(*words)
+    assert run == (2, "", f"kendon: {sentence}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["greet", "--speed", "fast"], ["--speed", "valid number", "'fast'"]),
+        (["simulate", "--out", "x", "--n", "0"], ["--n", "greater than or equal to 1"]),
+        (["simulate", "--out", "x", "--n", "1.5"], ["--n", "valid integer", "'1.5'"]),
+        (["greet", "ann", "bob"], ["unexpected", "bob", "kendon greet --help"]),
+        (["gret"], ["no command 'gret'", "greet, play, estimate", "did you mean 'greet'?"]),
+    ],
+)
+def test_a_wrong_value_is_one_line_with_its_place(
+    kendon: Kendon, words: list[str], parts: list[str]
+) -> None:
+    run = kendon(*words)
+    assert (run.code, run.out) == (2, "")
+    assert run.err.startswith("kendon: ")
+    assert run.err.count("\n") == 1
+    for part in parts:
+        assert part in run.err
+
+
+def test_kendon_alone_tells_its_commands(kendon: Kendon) -> None:
+    run = kendon()
+    assert run.code == 2
+    assert "greet" in run.out
+    assert run.err == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("words", [["models"], ["--version"]])
+def test_a_full_disk_is_one_sentence(words: list[str], unbuffered: str) -> None:
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [*PROGRAM, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+        )  # fmt: skip
+    assert run.returncode == 2
+    assert run.stderr == "kendon: the standard output: No space left on device\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes end otherwise there")
+@pytest.mark.parametrize("words", [["--help"], ["greet"]])
+def test_a_reader_that_goes_ends_the_command_without_a_word(words: list[str]) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        run = subprocess.run(
+            [*PROGRAM, *words], stdout=write, stderr=subprocess.PIPE, text=True, check=False
+        )
+    finally:
+        os.close(write)
+    assert (run.returncode, run.stderr) == (1, "")
+
+
+def test_ctrl_c_is_one_word(kendon: Kendon, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "kendon.cli.information.model_names", lambda: signal.raise_signal(signal.SIGINT)
+    )
+    assert kendon("models") == (130, "", "kendon: stopped\n")
