@@ -168,7 +168,7 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["estimate", "--camera", "-1"], ["--camera", "greater than or equal to 0"]),
         (["estimate", "--camera", "0", "--seconds", "0"], ["--seconds", "more than 0"]),
         (["estimate", "simulated", "--overlay", "seen.txt"], ["seen.txt", ".mp4 or .avi"]),
-        (["estimate", "simulated", "--overlay", "no/seen.mp4"], ["no/seen.mp4", "no folder"]),
+        (["estimate", "simulated", "--overlay", f"{__file__}/a.mp4"], ["is not a folder"]),
         (["estimate", "simulated", "--overlay", "seen.mp4"], ["--overlay", "videos and cameras"]),
         (["estimate", "a.mp4", "b.mp4", "--overlay", "seen.mp4"], ["one video", "2 sources"]),
         (["greet", "--calibration", "c.yaml", "--fov", "70"], ["give one of the two"]),

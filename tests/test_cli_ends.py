@@ -69,8 +69,7 @@ def test_kendon_alone_tells_its_commands(kendon: Kendon) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("words", [["models"], ["--version"]])
+@pytest.mark.parametrize(("words", "unbuffered"), [(["models"], ""), (["--version"], "1")])
 def test_a_full_disk_is_one_sentence(words: list[str], unbuffered: str) -> None:
     with open("/dev/full", "w") as full:
         run = subprocess.run(
@@ -100,3 +99,81 @@ def test_ctrl_c_is_one_word(kendon: Kendon, monkeypatch: pytest.MonkeyPatch) -> 
         "kendon.cli.information.model_names", lambda: signal.raise_signal(signal.SIGINT)
     )
     assert kendon("models") == (130, "", "kendon: stopped\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("greet", ("--out", "{}")),
+        ("greet", ("--figure", "{}/a.png")),
+        ("greet", ("--picture", "{}/a.png")),
+        ("greet", ("--video", "{}/a.mp4")),
+        ("greet", ("--record", "{}/a.html")),
+        ("estimate simulated", ("--out", "{}")),
+        ("estimate simulated", ("--overlay", "{}/a.mp4")),
+        ("evaluate people", ("--json", "{}/a.json")),
+        ("evaluate people", ("--report", "{}/a.html")),
+        ("evaluate people", ("--figures", "{}")),
+        ("fit people", ("--out", "{}/a.toml")),
+        ("simulate", ("--out", "{}")),
+        ("experiments", ("--out", "{}")),
+        ("trees", ("--export", "{}/a.xml")),
+    ],
+    ids=lambda words: words if isinstance(words, str) else words[0],
+)
+def test_what_cannot_be_written_is_refused_before_the_work(
+    kendon: Kendon, command: str, option: tuple[str, str], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def work(*_: object, **__: object) -> None:
+        raise AssertionError("the work has begun")
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "people").mkdir()
+    (tmp_path / "people" / "ann.csv").touch()
+    (tmp_path / "file").touch()
+    for place in ("greet.open_source", "estimate.load_observations", "evaluate.load_observations",
+                  "fit.load_observations", "simulate.simulate", "experiments.tally",
+                  "information.write_trees"):  # fmt: skip
+        monkeypatch.setattr(f"kendon.cli.{place}", work)
+    name, place = option
+    for folder in ("file/far", "/proc/kendon"):
+        run = kendon(*command.split(), name, place.format(folder))
+        assert (run.code, run.out) == (2, "")
+        assert run.err.startswith(f"kendon: {place.format(folder)}: cannot be written")
+        assert run.err.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["ann.csv", "file", "people"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--figure", "a.png", "--picture", "./a.png"], "--figure and --picture would both"),
+        (["--record", "folder"], "--record names a file, but this is a folder"),
+    ],
+)
+def test_results_that_cannot_all_be_are_refused(
+    kendon: Kendon, words: list[str], sentence: str, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    run = kendon("greet", *words)
+    assert run.code == 2
+    assert sentence in run.err
+
+
+def test_a_missing_folder_is_made_wherever_a_result_goes(kendon: Kendon, tmp_path: Path) -> None:
+    far = tmp_path / "far"
+    assert kendon("trees", "--export", far / "trees" / "mine.xml").code == 0
+    run = kendon(
+        "greet", "simulated:short", "--figure", far / "a" / "short.svg", "--out", far / "b", "-q"
+    )
+    assert run.code == 0
+    assert kendon("simulate", "--n", "2", "--out", far / "c").code == 0
+    assert kendon("evaluate", far / "c", "--json", far / "d" / "numbers.json").code == 0
+    found = sorted(str(path.relative_to(far)) for path in far.rglob("*.*"))
+    assert found == [
+        "a/short.svg", "b/commands.csv", "b/phases.csv", "c/greeting_00000.csv",
+        "c/greeting_00001.csv", "c/index.csv", "d/numbers.json", "trees/mine.xml",
+    ]  # fmt: skip

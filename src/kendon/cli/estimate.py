@@ -30,6 +30,7 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.targets import check_targets
 from kendon.cli.watching import Watching
 from kendon.errors import ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, stretches
@@ -105,6 +106,10 @@ def estimate_command(
     greeting_model = load_model(model)
     targets = _targets(files, folder)
     _check_overlay(overlay, files)
+    check_targets(
+        [("--overlay", overlay), *(("--out", target) for target in targets)],
+        [("--out", folder)], [*files, model, calibration, pose_model],
+    )  # fmt: skip
     watching = Watching(greeting_model, face, seconds, overlay)
     _check_observations(files, source, watching)
     # Everything is read before anything is written: a bad file leaves nothing half-done.
@@ -128,8 +133,7 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
     """Refuse what cannot be drawn or read.
 
     Raises:
-        ParameterError: there is nothing to read, or an overlay of several files is asked for, or
-            of what it would overwrite.
+        ParameterError: there is nothing to read, or an overlay of several files is asked for.
     """
     if not files:
         raise ParameterError("name a recording to read, or a camera: --camera 0")
@@ -137,8 +141,6 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
         return
     if len(files) != 1:
         raise ParameterError(f"--overlay draws one video or camera, not {len(files)} sources")
-    if overlay.exists() and Path(files[0]).exists() and overlay.samefile(files[0]):
-        raise ParameterError(f"--overlay would overwrite {files[0]}, which is read")
 
 
 def _check_observations(files: list[str], source: str | None, watching: Watching) -> None:
@@ -157,12 +159,10 @@ def _targets(files: list[str], folder: Path | None) -> list[Path]:
     """Where each file's phases go.
 
     Raises:
-        ParameterError: two files would go to the same place, or one onto itself.
+        ParameterError: two files would go to the same place.
     """
     if folder is None:
         return []
-    if folder.exists() and not folder.is_dir():
-        raise ParameterError(f"--out names a folder, but {folder} is a file")
     targets: dict[Path, str] = {}
     for file in files:
         # skeletons.txt#1-2 names two people of a file; camera:0 is a name, too, not a path.
@@ -171,8 +171,6 @@ def _targets(files: list[str], folder: Path | None) -> list[Path]:
         target = folder / f"{stem}.csv"
         if target in targets:
             raise ParameterError(f"{targets[target]} and {file} would both be written to {target}")
-        if target.exists() and Path(file).exists() and target.samefile(file):
-            raise ParameterError(f"--out {folder} would overwrite {file}; name another folder")
         targets[target] = file
     return list(targets)
 

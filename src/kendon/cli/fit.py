@@ -26,6 +26,7 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.targets import check_targets
 from kendon.errors import DataError, ParameterError
 from kendon.geometry import Vec3
 from kendon.greetings import expand, load_observations
@@ -137,8 +138,7 @@ def _check_target(target: Path, force: bool) -> None:
     """Refuse, before any work, a file that could not be written or should not be."""
     if target.suffix != ".toml":
         raise DataError("a model file ends in .toml", file=target)
-    if target.is_dir():
-        raise DataError("this is a folder, not a model file", file=target)
+    check_targets([("--out", target)])
     if target.exists() and not force:
         raise DataError("this file is there already; --force overwrites it", file=target)
 

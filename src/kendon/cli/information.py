@@ -13,6 +13,7 @@ from rich.table import Table
 
 from kendon._version import __version__
 from kendon.cli.options import out
+from kendon.cli.targets import check_targets
 from kendon.errors import DataError
 from kendon.models import DEFAULT_MODEL, load_model, model_names
 from kendon.robots import DEFAULT_ROBOT, RobotOptions, robot_kinds
@@ -70,6 +71,7 @@ def trees_command(
     if export:
         if export.suffix.lower() != ".xml":
             raise DataError("a file of trees ends in .xml", file=export)
+        check_targets([("--export", export)])
         if export.exists():
             raise DataError("this file exists; name a new one", file=export)
         write_trees(shipped_trees(), export)

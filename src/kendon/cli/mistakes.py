@@ -67,6 +67,6 @@ def _value(error: Any) -> str:
 
     Newer versions of Typer have values checked by pydantic, which hands it on.
     """
-    found = getattr(error.__cause__, "errors", list)()
+    found: list[dict[str, Any]] = getattr(error.__cause__, "errors", list)()
     value = str(found[0].get("input", "")) if found else ""
     return f", not {value!r}" if value and repr(value) not in error.message else ""

@@ -9,7 +9,7 @@ import typer
 from rich.progress import Progress
 
 from kendon.cli.options import check_jobs, err, out
-from kendon.errors import DataError
+from kendon.cli.targets import check_targets
 from kendon.greetings import INDEX, write_greetings
 from kendon.simulation.sets import Seeing, Signs, simulate
 
@@ -43,8 +43,7 @@ def simulate_command(
 ) -> None:
     """Draw people who greet, and write what is observed of them."""
     check_jobs(jobs)
-    if folder.exists() and not folder.is_dir():
-        raise DataError("--out names a folder, but this is a file", file=folder)
+    check_targets(folders=[("--out", folder)])
     if (folder / INDEX).exists():
         # write_greetings refuses it too, but only after the work.
         write_greetings(folder, [])

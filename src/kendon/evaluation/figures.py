@@ -15,10 +15,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from kendon.errors import DataError
 from kendon.estimate import stretches
 from kendon.evaluation.results import Evaluation, Result
 from kendon.observations import Observations
+from kendon.outputs import whole_file
 from kendon.person import IntArray
 from kendon.phases import PHASE_NAMES, Phase
 
@@ -75,14 +75,11 @@ def _file_names(evaluation: Evaluation) -> list[str]:
 
 def _save(figure: Figure, stem: Path) -> list[Path]:
     files = [stem.with_name(stem.name + ending) for ending in _FORMATS]
-    try:
-        stem.parent.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            # No date: the same evaluation makes the same file.
-            metadata = {"Date": None} if file.suffix == ".svg" else None
-            figure.savefig(file, dpi=160, metadata=metadata)
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=stem.parent) from None
+    for file in files:
+        # No date: the same evaluation makes the same file.
+        metadata = {"Date": None} if file.suffix == ".svg" else None
+        with whole_file(file) as part:
+            figure.savefig(part, dpi=160, metadata=metadata)
     return files
 
 
