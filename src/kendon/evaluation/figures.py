@@ -103,7 +103,12 @@ def _recall(figure: Figure, evaluation: Evaluation) -> None:
     panels = figure.subplots(1, len(Phase), sharey=True)
     for phase, axes in zip(Phase, panels, strict=True):
         recall = [result.scores.recall[phase.index] for result in evaluation.results]
-        axes.barh([-i for i in range(len(names))], np.nan_to_num(recall), 0.65, color=phase.color)
+        for i, share in enumerate(recall):
+            if np.isfinite(share):
+                axes.barh(-i, share, 0.65, color=phase.color)
+            else:  # the phase never happens: that is no recall of 0
+                axes.text(0.03, -i, "–", va="center", color=_SOFT)
+        axes.set_ylim(-len(names) + 0.4, 0.6)
         axes.set_xlim(0, 1)
         axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
         axes.grid(axis="x", color=_GRID, lw=0.6)
