@@ -277,6 +277,16 @@ def test_nobody_is_read_where_nobody_is_seen(kendon: Kendon, tmp_path: Path) -> 
     assert "nobody is seen" in run.err
 
 
+def test_no_phase_is_read_off_observations_of_nothing(kendon: Kendon, tmp_path: Path) -> None:
+    empty = tmp_path / "nothing.csv"
+    features = "distance,speed,gaze,smile,dsal,csal,hdip"
+    empty.write_text(f"t,{features}\n0.2,nan,,,,,,\n0.4,,,,,,,\n", encoding="utf-8")
+    run = kendon("estimate", empty, "--out", tmp_path / "out")
+    assert run.code == 2
+    assert "nobody is seen in it: no value is known" in run.err
+    assert list(tmp_path.iterdir()) == [empty]
+
+
 def test_observations_are_not_greeted(kendon: Kendon, tmp_path: Path) -> None:
     assert kendon("simulate", "--n", "1", "--out", tmp_path / "set").code == 0
     run = kendon("greet", tmp_path / "set" / "greeting_00000.csv")

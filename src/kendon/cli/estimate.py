@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Table
@@ -32,7 +33,7 @@ from kendon.cli.options import (
 )
 from kendon.cli.targets import check_targets
 from kendon.cli.watching import Watching
-from kendon.errors import ParameterError
+from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, stretches
 from kendon.features import PERIOD
 from kendon.greetings import expand, load_observations
@@ -114,6 +115,7 @@ def estimate_command(
     _check_observations(files, source, watching)
     # Everything is read before anything is written: a bad file leaves nothing half-done.
     observed = _observe_all(files, options, source, watching, gestures_from_phases)
+    _require_somebody(files, observed)
     estimates = [estimate(o, greeting_model, decoder) for o in observed]
     for result, target in zip(estimates, targets, strict=bool(folder)):
         result.write(target)
@@ -141,6 +143,17 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
         return
     if len(files) != 1:
         raise ParameterError(f"--overlay draws one video or camera, not {len(files)} sources")
+
+
+def _require_somebody(files: list[str], observed: list[Observations]) -> None:
+    """Refuse to read phases off nothing: what came out would be the model's odds alone.
+
+    Raises:
+        DataError: a file holds no known value.
+    """
+    for file, observations in zip(files, observed, strict=True):
+        if np.isnan(observations.values).all():
+            raise DataError("nobody is seen in it: no value is known", file=file)
 
 
 def _check_observations(files: list[str], source: str | None, watching: Watching) -> None:
