@@ -277,6 +277,21 @@ def test_nobody_is_read_where_nobody_is_seen(kendon: Kendon, tmp_path: Path) -> 
     assert "nobody is seen" in run.err
 
 
+def test_brackets_in_a_name_are_no_markup(
+    kendon: Kendon, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("[b]ann[/c].csv").parent.mkdir()
+    Path("[b]ann[/c].csv").write_bytes(recording.read_bytes())
+    run = kendon("estimate", "[b]ann[/c].csv", "--out", "[red]")
+    assert run.code == 0
+    assert "c].csv  " in run.out
+    assert "written to [red]" in run.out
+    run = kendon("greet", "simulated:short", "-q", "--figure", "[/x]/[y].svg")
+    assert run.code == 0
+    assert "drawn in [/x]/[y].svg." in run.out
+
+
 def test_no_phase_is_read_off_observations_of_nothing(kendon: Kendon, tmp_path: Path) -> None:
     empty = tmp_path / "nothing.csv"
     features = "distance,speed,gaze,smile,dsal,csal,hdip"

@@ -31,6 +31,7 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.tables import print_table
 from kendon.cli.targets import check_targets
 from kendon.cli.watching import Watching
 from kendon.errors import DataError, ParameterError
@@ -119,11 +120,11 @@ def estimate_command(
     estimates = [estimate(o, greeting_model, decoder) for o in observed]
     for result, target in zip(estimates, targets, strict=bool(folder)):
         result.write(target)
-    out.print(_summary(files, estimates, f"{greeting_model.name}, {decoder.value}"))
+    print_table(_summary(files, estimates, f"{greeting_model.name}, {decoder.value}"), out)
     if folder:
         out.print(f"{len(targets)} file{'s' * (len(targets) != 1)} written to {folder}")
     elif len(files) == 1:
-        out.print(_timeline(estimates[0]))
+        print_table(_timeline(estimates[0]), out)
     if not gestures_from_phases and not any(_gestures_known(o) for o in observed):
         note(
             "no gesture information in the input; salutations and dips are read from distance,"
@@ -203,7 +204,7 @@ def _observe_all(
             told.add(sentence)
             note(sentence)
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"))
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("reading")
         for number, file in enumerate(files, 1):
@@ -236,7 +237,7 @@ def _gestures_known(observations: Observations) -> bool:
 
 def _summary(files: list[str], estimates: list[Estimate], title: str) -> Table:
     truth_known = any(e.score[1] for e in estimates)
-    table = Table(title=f"Phases read ({title})", title_justify="left", box=None, pad_edge=False)
+    table = Table(title=f"Phases read ({title})", box=None, pad_edge=False)
     table.add_column("file", no_wrap=True)
     table.add_column("s", justify="right")
     table.add_column("phases")

@@ -14,8 +14,9 @@ from kendon.geometry import Vec3
 from kendon.sources import CameraMount, SourceOptions
 from kendon.sources.camera_geometry import MAX_FOV, MIN_FOV
 
-out = Console()
-err = Console(stderr=True)
+# No markup: a file's name or a model's title may hold brackets.
+out = Console(markup=False)
+err = Console(stderr=True, markup=False)
 
 #: No robot carries its face farther from its base [m].
 _FARTHEST_FACE = 10.0
