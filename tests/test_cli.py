@@ -150,6 +150,8 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["greet", "--robot-face", "1,2"], ["--robot-face", "X,Y,Z", "1,2"]),
         (["greet", "--robot-face", "0,0,inf"], ["--robot-face", "inf"]),
         (["greet", "--camera-pose", "0,0,1,2"], ["--camera-pose", "YAW,PITCH"]),
+        (["greet", "--camera-pose", "1e300,0,0"], ["--camera-pose", "100 m", "1e300"]),
+        (["greet", "--camera-pose", "0,0,1,0,9e9"], ["--camera-pose", "360 degrees"]),
         (["greet", "--fov", "400"], ["--fov", "160 degrees", "400"]),
         (["greet", "--fps", "0"], ["frames a second", "1 and 1000"]),
         (["greet", "--source", "kinect", "x"], ["kinect", "openface"]),

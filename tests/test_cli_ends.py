@@ -47,6 +47,7 @@ def test_what_is_typed_wrongly_is_told_like_any_other_mistake(
         (["simulate", "--out", "x", "--n", "0"], ["--n", "greater than or equal to 1"]),
         (["simulate", "--out", "x", "--n", "1.5"], ["--n", "valid integer", "'1.5'"]),
         (["greet", "ann", "bob"], ["unexpected", "bob", "kendon greet --help"]),
+        (["simulate", "--out", ""], ["--out: an empty name is no folder"]),
         (["gret"], ["no command 'gret'", "greet, play, estimate", "did you mean 'greet'?"]),
     ],
 )

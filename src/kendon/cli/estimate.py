@@ -32,7 +32,7 @@ from kendon.cli.options import (
     source_options,
 )
 from kendon.cli.tables import print_table
-from kendon.cli.targets import check_targets
+from kendon.cli.targets import check_targets, folder_name
 from kendon.cli.watching import Watching
 from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, stretches
@@ -88,7 +88,13 @@ def estimate_command(
     robot_face: RobotFaceOption = "0,0,1.2",
     gestures_from_phases: GesturesOption = False,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Write NAME.csv for each file into this folder.")
+        Path | None,
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Write NAME.csv for each file into this folder.",
+        ),
     ] = None,
     source: SourceOption = None,
     camera_pose: CameraPoseOption = "0,0,1.2",

@@ -18,7 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from kendon.cli.evaluate_tables import print_tables
 from kendon.cli.options import GesturesOption, check_jobs, err, note, out
-from kendon.cli.targets import check_targets
+from kendon.cli.targets import check_targets, folder_name
 from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder
 from kendon.evaluation import (
@@ -120,7 +120,8 @@ def evaluate_command(
         Path | None, typer.Option(help="Write a report with figures, one .html page.")
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw the figures into this folder.")
+        Path | None,
+        typer.Option(parser=folder_name, metavar="DIR", help="Draw the figures into this folder."),
     ] = None,
 ) -> None:
     """Compare how well models read the phases of greetings, with baselines and intervals."""

@@ -11,7 +11,7 @@ from rich.progress import Progress
 
 from kendon.cli.experiments_tables import print_encounters, print_readings
 from kendon.cli.options import check_jobs, err, out
-from kendon.cli.targets import check_targets
+from kendon.cli.targets import check_targets, folder_name
 from kendon.errors import ParameterError
 from kendon.experiments.encounters import TRUTH, Setting, hold, hold_all
 from kendon.experiments.readings import read, tally
@@ -45,7 +45,13 @@ def experiments_command(
         int, typer.Option(min=1, max=1000, help="How many bodies act each experiment.")
     ] = BODIES,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Draw timelines or failures into this folder.")
+        Path | None,
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Draw timelines or failures into this folder.",
+        ),
     ] = None,
     closed_loop: Annotated[
         int | None,

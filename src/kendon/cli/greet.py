@@ -29,7 +29,7 @@ from kendon.cli.options import (
     point,
     source_options,
 )
-from kendon.cli.targets import check_targets
+from kendon.cli.targets import check_targets, folder_name
 from kendon.cli.viewing import (
     HOST,
     PAGE,
@@ -126,7 +126,12 @@ def greet_command(
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Option("--out", help="Write phases.csv and commands.csv into this folder."),
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Write phases.csv and commands.csv into this folder.",
+        ),
     ] = None,
     view: Annotated[
         bool, typer.Option("--view", help="Watch it in a browser.", rich_help_panel=PAGE)

@@ -9,10 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+import typer
+
 from kendon.errors import DataError, ParameterError
 from kendon.outputs import check_file, check_folder
 
 Named = Iterable[tuple[str, Path | None]]
+
+
+def folder_name(text: str) -> Path:
+    """A folder that an option names; a shell's variable that is not set is none.
+
+    Raises:
+        typer.BadParameter: the name is empty, which a `Path` would take for the folder one is in.
+    """
+    if not text.strip():
+        raise typer.BadParameter("an empty name is no folder; write ./ for the one you are in")
+    return Path(text)
 
 
 def check_targets(
