@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from command_line import Kendon
 
+from kendon.outputs import whole_file
+
 PROGRAM = [sys.executable, "-m", "kendon"]
 
 
@@ -93,6 +95,22 @@ def test_a_reader_that_goes_ends_the_command_without_a_word(words: list[str]) ->
     finally:
         os.close(write)
     assert (run.returncode, run.stderr) == (1, "")
+
+
+def test_a_command_that_is_ended_leaves_no_half_of_a_file(
+    kendon: Kendon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write_trees(_: object, path: Path) -> None:
+        with whole_file(path) as part:
+            part.write_text("half", encoding="utf-8")
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("kendon.cli.information.write_trees", write_trees)
+    before = signal.getsignal(signal.SIGTERM)
+    run = kendon("trees", "--export", tmp_path / "mine.xml")
+    assert run.code == 128 + signal.SIGTERM
+    assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_ctrl_c_is_one_word(kendon: Kendon, monkeypatch: pytest.MonkeyPatch) -> None:

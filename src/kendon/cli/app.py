@@ -6,7 +6,10 @@ import contextlib
 import glob
 import io
 import os
+import signal
 import sys
+import threading
+from types import FrameType
 
 import typer
 
@@ -95,7 +98,19 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without bars gets question marks
-    sys.exit(_finish_output(_run()))
+    if threading.current_thread() is not threading.main_thread():
+        sys.exit(_finish_output(_run()))  # signals are the main thread's
+    before = signal.signal(signal.SIGTERM, _end)
+    try:
+        sys.exit(_finish_output(_run()))
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End like at an error, so that no half of a file is left behind."""
+    del frame
+    sys.exit(128 + number)
 
 
 def _run() -> int:

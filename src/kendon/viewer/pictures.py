@@ -18,6 +18,7 @@ from kendon.greeter import Encounter
 from kendon.outputs import whole_file
 from kendon.phases import Phase
 from kendon.robots.mujoco import MujocoRobot
+from kendon.sources.quiet import quiet_stderr
 from kendon.viewer.mannequin import shapes
 from kendon.viewer.scenes import Instant, Scenes
 from kendon.viewer.stage import Image, Stage
@@ -104,7 +105,8 @@ def write_film(
     instants = Scenes(encounter, robot).film(FILM_RATE)
     code = cv2.VideoWriter_fourcc(*FILMS[path.suffix.lower()])
     with whole_file(path) as part, closing(Painter(robot, FILM_SIZE)) as painter:
-        film = cv2.VideoWriter(str(part), code, FILM_RATE, FILM_SIZE)
+        with quiet_stderr():
+            film = cv2.VideoWriter(str(part), code, FILM_RATE, FILM_SIZE)
         try:
             if not film.isOpened():
                 raise DataError("no film can be written here", file=path)
