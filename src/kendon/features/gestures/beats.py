@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from kendon.features.gestures.series import Series
 
@@ -39,32 +40,36 @@ def steps(series: Series, end: float, lasts: float = LASTS) -> list[float]:
     return middles if len(middles) >= LEAST_STEPS else []
 
 
-def beat(course: Sequence[float], largest: float = math.inf) -> float:
-    """How far it goes one way and comes back: the lesser of both, of the largest beat.
+class Beat(NamedTuple):
+    """The largest beat of a course."""
+
+    size: float  # how far it goes one way and comes back, the lesser of both; NaN when unknown
+    ago: int  # how many steps ago it turned
+
+
+def beat(course: Sequence[float], largest: float = math.inf) -> Beat:
+    """The largest beat of a course; of size 0 where there is none.
 
     Args:
         course: steps; what is positive is down.
         largest: what goes farther is no beat, and hides those beside it.
 
-    Returns:
-        0 for a course that has no beat, NaN of fewer steps than there are to a beat.
-
     >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0])
-    7.0
+    Beat(size=7.0, ago=2)
     >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0], largest=6.0)
-    0.0
+    Beat(size=0.0, ago=0)
     """
     if len(course) < LEAST_STEPS:
-        return math.nan
-    best = 0.0
+        return Beat(math.nan, 0)
+    best = Beat(0.0, 0)
     for sign, before, after in ((1.0, DOWN, DOWN_BACK), (-1.0, UP, UP_BACK)):
         way = [sign * step for step in course]
         for k in range(1, len(way) - 1):
             there = way[k] - min(way[max(0, k - before) : k])
             back = way[k] - min(way[k + 1 : k + 1 + after])
-            best = max(best, min(there, back))
-            deepest = way[k] - min(way[:k])
-            highest = way[k] - min(way[k + 1 :])
+            if min(there, back) > best.size:
+                best = Beat(min(there, back), len(way) - 1 - k)
+            deepest, highest = way[k] - min(way[:k]), way[k] - min(way[k + 1 :])
             if min(max(deepest, highest), ONE_WAY * min(deepest, highest)) > largest:
-                return 0.0
+                return Beat(0.0, 0)
     return best

@@ -61,8 +61,8 @@ LARGEST_BEAT = math.radians(24)
 PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
 #: Standard error of a median over that of the mean, for normal noise.
 INEFFICIENCY = 1.25
-#: Whether the head turns during a beat is told by the latest half of it [s].
-TURNS = 0.5
+#: A beat turns so long after it began, and is over so long after that [s].
+HALF_BEAT = 0.35
 #: The middle of nine normal values lies so many standard deviations from the least of them, and
 #: what is before and behind it about as many the other way.
 EXTREMES = 2.0
@@ -194,10 +194,12 @@ class Head:
             _come_back(course, usual, unsure_step),
             *sunk,
         )
+        nods = beat(course, LARGEST_BEAT)
+        turn = end - nods.ago * SMOOTH
         nod = NodEvidence(
-            BEAT.evidence(beat(course, LARGEST_BEAT) - EXTREMES * unsure_step, unsure_step),
+            BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step),
             self._bob(end),
-            STRAIGHT.evidence(self._yaw.range(end - TURNS), 2.0 * noise),
+            STRAIGHT.evidence(self._yaw.range(turn - HALF_BEAT, turn + HALF_BEAT), 2.0 * noise),
         )
         return dip, nod
 
@@ -234,7 +236,7 @@ class Head:
         """The evidence that the face goes down or up and back; NaN when unknown."""
         course = steps(self._over, end)
         noise = self._unrest(end) * _error_of_step(self._over, course, end)
-        return BOB.evidence(beat(course) - EXTREMES * noise, noise)
+        return BOB.evidence(beat(course).size - EXTREMES * noise, noise)
 
 
 def _error_of_step(series: Series, course: Sequence[float], end: float) -> float:
