@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, ItemsView, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -12,7 +12,7 @@ import numpy as np
 from kendon.errors import ParameterError
 from kendon.features.gaze import RIM
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
-from kendon.person import JOINTS, PersonFrame
+from kendon.person import JOINTS, LateJoints, PersonFrame
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, draw_body
 from kendon.simulation.limbs import min_jerk
@@ -99,7 +99,7 @@ class SimulatedPerson:
         if self.keys:
             # The head runs on rails, and the body hangs under it where somebody looks at it.
             head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
-            joints = _Joints(self._moving((x, y), rotation), head)
+            joints = LateJoints(JOINTS, partial(_hung, self._moving((x, y), rotation), head))
             dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
             return PersonFrame(
                 self.t, head, rotation, joints=joints, smile=act.smile, dsal=dsal, csal=csal,
@@ -221,37 +221,11 @@ class SimulatedPerson:
         return self.script.acts[act]
 
 
-class _Joints(Mapping[str, Vec3]):
-    """The joints of a body under a given head, worked out when somebody looks at them.
-
-    With keys most frames' joints are looked at by nobody, and they cost more than all the rest.
-    """
-
-    __slots__ = ("_head", "_joints", "_moving")
-
-    def __init__(self, moving: Callable[[], Instant], head: Vec3) -> None:
-        self._moving, self._head = moving, head
-        self._joints: dict[str, Vec3] | None = None
-
-    def _worked_out(self) -> dict[str, Vec3]:
-        if self._joints is None:
-            shown = self._moving()
-            dx, dy, dz = (there - here for there, here in zip(self._head, shown.head, strict=True))
-            self._joints = {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
-        return self._joints
-
-    def __getitem__(self, name: str) -> Vec3:
-        return self._worked_out()[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._worked_out())
-
-    def __len__(self) -> int:
-        return len(JOINTS)
-
-    def items(self) -> ItemsView[str, Vec3]:
-        """The joints by their names [m]."""
-        return self._worked_out().items()
+def _hung(moving: Callable[[], Instant], head: Vec3) -> dict[str, Vec3]:
+    """The joints of a body, hung under a given head [m]."""
+    shown = moving()
+    dx, dy, dz = (there - here for there, here in zip(head, shown.head, strict=True))
+    return {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
 
 
 def _look(act: Act, head: Vec3, face: Vec3) -> tuple[float, float]:
