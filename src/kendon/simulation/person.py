@@ -14,7 +14,7 @@ from kendon.features.gaze import RIM
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
 from kendon.person import JOINTS, LateJoints, PersonFrame
 from kendon.phases import Phase
-from kendon.simulation.body import FACE_HEIGHT, draw_body
+from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.limbs import min_jerk
 from kendon.simulation.motion import Instant, looking_along, move_now
 from kendon.simulation.movements import Movement, draw_movement, shown
@@ -75,11 +75,12 @@ class SimulatedPerson:
         self._body = draw_body(self._rng, stature=script.height / FACE_HEIGHT)
         self._legs_speed = 0.0  # [m/s], of walking, as smooth as legs are
         self._steps = 0.0  # walked so far
-        self._movements: list[Movement] = []
+        self._legs_follow = -math.expm1(-1 / (rate * _LEGS))  # of a difference, in a frame's time
+        self._movements: tuple[Movement, ...] = ()
         self._gap = math.nan  # [m] to the robot, at the last station
         first = self._draw(0)
         if first:
-            self._movements.append(first)
+            self._movements = (first,)
         self._coming = self._draw(1)  # what the next act plays, if it began at 0 s
 
     @property
@@ -100,10 +101,11 @@ class SimulatedPerson:
             # The head runs on rails, and the body hangs under it where somebody looks at it.
             head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
             joints = LateJoints(JOINTS, partial(_hung, self._moving((x, y), rotation), head))
-            dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
+            phase = act.phase
             return PersonFrame(
-                self.t, head, rotation, joints=joints, smile=act.smile, dsal=dsal, csal=csal,
-                hdip=hdip, robot=robot,
+                self.t, head, rotation, joints=joints, smile=act.smile,
+                dsal=float(phase is Phase.DS), csal=float(phase is Phase.CS),
+                hdip=float(phase is Phase.HD), robot=robot,
             )  # fmt: skip
         look = looking_along(*self._turning_look(self._act, (x, y, z), face))
         shown = self._moving((x, y), look)()
@@ -164,25 +166,21 @@ class SimulatedPerson:
 
     def _begin_movement(self) -> None:
         """Begin what is coming; a movement that is not over goes on beside it."""
-        self._movements = [m for m in self._movements if m.end > self.t]
+        self._movements = tuple(m for m in self._movements if m.end > self.t)
         if self._coming:
-            self._movements.append(replace(self._coming, begin=self.t))
+            self._movements += (replace(self._coming, begin=self.t),)
             self._coming = None
 
     def _swing(self, speed: float) -> None:
         """Let the legs follow the person's speed."""
-        self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
+        self._legs_speed += (speed - self._legs_speed) * self._legs_follow
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
     def _moving(self, place: tuple[float, float], look: Quaternion) -> Callable[[], Instant]:
         """How the body is now, seen at a place by a robot that it faces [m]; to be worked out."""
-        x, y = place
-        heading, way = math.atan2(-y, -x), math.hypot(x, y)
-        # The pelvis is behind the face.
-        behind = 1 + self._body.face[0] / way if way > 0 else 1.0
         return partial(
-            move_now, self._body, self.t, behind * x, behind * y, heading, look,
-            self._legs_speed, self._steps, tuple(self._movements),
+            _facing, self._body, self.t, place, look, self._legs_speed, self._steps,
+            self._movements,
         )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
@@ -219,6 +217,18 @@ class SimulatedPerson:
         while act > 0 and self.script.acts[act].plays == "dip":
             act -= 1
         return self.script.acts[act]
+
+
+def _facing(
+    body: Body, t: float, place: tuple[float, float], look: Quaternion, speed: float, steps: float,
+    movements: tuple[Movement, ...],
+) -> Instant:  # fmt: skip
+    """A body whose face is at a place and that faces the origin [m]; the rest as in `move_now`."""
+    x, y = place
+    heading, way = math.atan2(-y, -x), math.hypot(x, y)
+    # The pelvis is behind the face.
+    behind = 1 + body.face[0] / way if way > 0 else 1.0
+    return move_now(body, t, behind * x, behind * y, heading, look, speed, steps, movements)
 
 
 def _hung(moving: Callable[[], Instant], head: Vec3) -> dict[str, Vec3]:
