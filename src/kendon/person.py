@@ -77,6 +77,9 @@ class LateJoints(Mapping[str, Vec3]):
     def __len__(self) -> int:
         return len(self._names)
 
+    def __repr__(self) -> str:
+        return repr(self._worked_out())
+
 
 @dataclass(frozen=True, slots=True)
 class PersonFrame:

@@ -77,7 +77,7 @@ class Actor:
         self._yaw, self._pitch = start.yaw, 0.0  # [rad], of the head
         self._legs = 0.0  # [m/s], the speed that the legs walk at
         self._steps = 0.0
-        self._wander = self._rng.uniform(0, 2 * math.pi, 2).tolist()  # [rad], of a head never quite still
+        self._wander = self._rng.uniform(0, 2 * math.pi, 2).tolist()  # [rad]; heads are never still
         # The share of a difference that each makes up for in a frame's time, exponentially.
         self._legs_follow, self._head_follows, self._face_follows = (
             -math.expm1(-1 / (rate * seconds)) for seconds in (_LEGS, _HEAD, _FACE)
