@@ -193,6 +193,10 @@ class Actor:
         self.smiling += (self._smile - self.smiling) * self._face_follows
         self._legs += (self.walking_at - self._legs) * self._legs_follow
         self._steps += self.body.steps_per_second(self._legs) * dt
+        return self.frame()
+
+    def frame(self) -> PersonFrame:
+        """The person now, in the world."""
         ahead = self.body.face[0]
         shown = move_now(
             self.body, self.t, self.x - ahead * math.cos(self.heading),

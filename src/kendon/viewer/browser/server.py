@@ -99,7 +99,7 @@ class Page:
         session = self.session
         self._scene.draw(session.stage, session.shown(), session.place)
         if session.player is not None:
-            self._scene.point_out(session.player.goal.tolist())
+            self._scene.point_out(session.player.goal)
 
     def _take_places(self) -> None:
         """Send the person where the ring is dragged or the floor is clicked."""
