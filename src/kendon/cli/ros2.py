@@ -161,7 +161,7 @@ def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> Non
             _show(one, phases)
         for moment in moments:
             for command in moment.commands:
-                out.print(f"  robot  {command}", highlight=False, markup=False)
+                out.print(f"  robot  {command}", highlight=False)
                 going.append(command)
         for command in [command for command in going if not command.running]:
             going.remove(command)
@@ -190,7 +190,7 @@ def _show(told: Told, phases: dict[str, Phase]) -> None:
     """Print a person's phase when it changes, and when they have gone."""
     if told.observation is None:
         if phases.pop(told.name, None):
-            out.print(f"{told.name}  gone", highlight=False, markup=False)
+            out.print(f"{told.name}  gone", highlight=False)
         return
     if told.belief is None or phases.get(told.name) is told.belief.phase:
         return

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from kendon.errors import DataError
+from kendon.outputs import make_folder_for
 from kendon.ros.ros2_reading import PeopleReader, Told
 from kendon.ros.ros2_types import type_store
 from kendon.sources.ros_bags import read_messages
@@ -24,8 +25,7 @@ class Recorder:
         path: of the file.
 
     Raises:
-        DataError: the file has another ending, exists already, or its folder does not or cannot
-            be written in.
+        DataError: the file has another ending, exists already, or cannot be made.
         MissingExtraError: rosbags is not installed.
     """
 
@@ -34,8 +34,7 @@ class Recorder:
             raise DataError(f"a recording ends in {SUFFIX}", file=path)
         if path.exists():
             raise DataError("this recording exists already; name another one", file=path)
-        if not path.parent.is_dir():
-            raise DataError("there is no such folder to record in", file=path.parent)
+        make_folder_for(path)
         self._store = type_store()
         from rosbags.rosbag2 import StoragePlugin, Writer
 

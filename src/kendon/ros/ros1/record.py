@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from kendon.errors import DataError, MissingExtraError
+from kendon.outputs import make_folder_for
 from kendon.ros.hearing import LOCALISED, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
@@ -71,8 +72,7 @@ class BagRecorder:
             raise DataError(f"a recording of ROS 1 ends in {SUFFIX}", file=path)
         if path.exists():
             raise DataError("this recording exists already; name another one", file=path)
-        if not path.parent.is_dir():
-            raise DataError("there is no such folder to record in", file=path.parent)
+        make_folder_for(path)
         self._path = path
         try:
             # What is broken off must not be taken for a whole recording.
