@@ -163,7 +163,8 @@ class Head:
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            return DipEvidence(*[math.nan] * 6, *sunk), None
+            unknown = math.nan
+            return DipEvidence(unknown, unknown, unknown, unknown, unknown, unknown, *sunk), None
         jitter = self._pitch.jitter(end - QUIET)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
