@@ -40,6 +40,8 @@ UNREST = 2.0
 FACING = 0.4
 #: A dip goes down within so long [s].
 FALLS = 0.8
+#: Who has come so much of the way up again dips no more; who has come half of that, still does.
+UP_AGAIN = 0.8
 #: How noisy the pitch and the face's height are is told by so long: a beat is soon over, but what
 #: is seen of it by a slow camera looks like noise as long as it lasts [s].
 QUIET = 3.0
@@ -76,7 +78,6 @@ class DipEvidence(NamedTuple):
     turned: float
     brief: float
     onset: float
-    back: float
     sunk: float
     sank: float
 
@@ -99,7 +100,6 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
-BACK = Weighing(0.55, -0.1, -5.0, 1.0)  # share of the way up again from the lowest
 # Where the head is told by the middle of the skull it hardly sinks, however it bends.
 SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
 SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
@@ -163,8 +163,7 @@ class Head:
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            unknown = math.nan
-            return DipEvidence(unknown, unknown, unknown, unknown, unknown, unknown, *sunk), None
+            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
         jitter = self._pitch.jitter(end - QUIET)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
@@ -188,11 +187,14 @@ class Head:
             FLOOR.evidence(pitch - taken_along, noise_now),
             TURNED.evidence(_above(abs(turned) - unsure_turn), unsure_turn),
             BRIEF.evidence(before - usual, unsure),
-            ONSET.evidence(
-                _steepest(course, STEPS_DOWN) - taken_along - EXTREMES * unsure_step,
-                math.sqrt(2.0) * unsure_step,
+            _while_down(
+                ONSET.evidence(
+                    _steepest(course, STEPS_DOWN) - taken_along - EXTREMES * unsure_step,
+                    math.sqrt(2.0) * unsure_step,
+                ),
+                course,
+                unsure_step,
             ),
-            _come_back(course, usual, unsure_step),
             *sunk,
         )
         nods = beat(course, LARGEST_BEAT)
@@ -222,10 +224,11 @@ class Head:
             noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
         )
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        sank = _steepest([-height for height in steps(self._over, end)], STEPS_SINKING)
+        course = [-height for height in steps(self._over, end)]
+        sank = _steepest(course, STEPS_SINKING)
         return (
             SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
-            SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise),
+            _while_down(SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise), course, noise),
         )
 
     def _unrest(self, end: float) -> float:
@@ -247,20 +250,33 @@ def _error_of_step(series: Series, course: Sequence[float], end: float) -> float
     return INEFFICIENCY * math.sqrt(len(course) / seen)
 
 
+def _latest(course: Sequence[float]) -> Sequence[float]:
+    """The steps within which a dip goes down."""
+    return course[-round(FALLS / SMOOTH) - 1 :]
+
+
 def _steepest(course: Sequence[float], apart: int) -> float:
     """How far it goes at most within so many of the latest steps; NaN when unknown."""
-    latest = course[-round(FALLS / SMOOTH) - 1 :]
+    latest = _latest(course)
     return max((b - a for a, b in zip(latest, latest[apart:], strict=False)), default=math.nan)
 
 
-def _come_back(course: Sequence[float], usual: float, noise: float) -> float:
-    """The evidence that a head that was down is coming up again; NaN when unknown."""
-    latest = course[-round(FALLS / SMOOTH) - 1 :]
-    if not latest:
-        return math.nan
-    lowest = max(latest)
-    depth = max(lowest - usual, noise, LARGEST_BEAT / 2)
-    return BACK.evidence((lowest - latest[-1]) / depth, math.sqrt(2.0) * noise / depth)
+def _while_down(favour: float, course: Sequence[float], noise: float) -> float:
+    """That it went down speaks for a dip until it has come most of the way up again.
+
+    Args:
+        favour: the evidence that it went down; NaN when unknown.
+        course: steps; what is positive is down.
+        noise: their standard error.
+    """
+    if not favour > 0.0:
+        return favour  # NaN stays NaN
+    latest = _latest(course)
+    way = max(latest) - min(latest)
+    back = max(latest) - latest[-1] - EXTREMES * noise
+    if not back > 0.0:
+        return favour
+    return favour * min(1.0, max(0.0, 2.0 * (1.0 - back / way / UP_AGAIN)))
 
 
 def _above(value: float) -> float:
