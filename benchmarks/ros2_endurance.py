@@ -35,6 +35,8 @@ UNITS = "hri_msgs/msg/FacialActionUnits"
 RATE = 30
 #: The camera's optical frame in the robot's base: z ahead, x to the right.
 CAMERA = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
+#: How kendon tells them.
+_BELIEFS = Offer(BELIEF, reliable=True, latched=False)
 _NANO = 10**9
 
 
@@ -111,20 +113,14 @@ class Camera:
             self.node.publish_raw(f"/humans/faces/{name}/facs", UNITS, raw)
         self.node.spin(0.0)
 
-    def _tell_transform(self) -> None:
-        raw = bytes(type_store().serialize_cdr(self._tf, TRANSFORMS))
-        self.node.publish_raw("/tf", TRANSFORMS, raw)
-
     def follow(self) -> None:
         """Read the beliefs that have come to be told."""
-        offers = self.node.offers()
-        for topic, offer in offers.items():
-            if offer.kind == BELIEF and topic not in self._read:
-                self._read.add(topic)
-                self.node.subscribe(topic, offer, partial(self._take, topic))
-        for topic in self._read - offers.keys():
-            self._read.discard(topic)
-            self.node.unsubscribe(topic)
+        told = {topic for topic in self.node.offers() if topic.endswith("/belief")}
+        for topic in told - self._read:
+            self.node.subscribe(topic, _BELIEFS, partial(self._take, topic))
+        for topic in self._read - told:
+            self.node.unsubscribe(topic, _BELIEFS)
+        self._read = told
 
     def run(self, seconds: float) -> None:
         """Tell of people for a while."""

@@ -118,7 +118,7 @@ def test_it_tells_what_others_publish_and_read(graph: Graph) -> None:
         "/scan": [told_by("laser", "sensor_msgs/msg/LaserScan")],
     }
     transport.advertise("/state", STRING)
-    assert transport.offers() == {"/tf_static": Offer(TRANSFORMS, True, True)}
+    assert transport.offers() == {"/tf_static": {Offer(TRANSFORMS, True, True)}}
     assert transport.asked() == {"/state": STRING}
 
 

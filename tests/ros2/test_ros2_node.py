@@ -136,7 +136,7 @@ def play(bag: Path, node: DdsNode, kendon: Any, recording: Path) -> None:
 
             topic = f"/kendon/{name}/belief"
             until(node, lambda topic=topic: topic in node.offers())
-            node.subscribe(topic, node.offers()[topic], take)
+            node.subscribe(topic, Offer(BELIEF, True, False), take)
         player.stdin.write("go on\n")
         player.stdin.flush()
         until(node, lambda: all(newest.get(name, 0) >= end for name, end in ends.items()))

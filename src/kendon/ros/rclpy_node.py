@@ -93,19 +93,20 @@ class RclpyTransport:
         self._get_message = _module("rosidl_runtime_py.utilities").get_message
         self._set_fields = _module("rosidl_runtime_py.set_message").set_message_fields
         self._publishers: dict[str, Any] = {}
-        self._subscriptions: dict[str, Any] = {}
+        self._subscriptions: dict[tuple[str, Offer], Any] = {}
         self._count = 0  # of messages handed out
 
-    def offers(self) -> dict[str, Offer]:
-        """What others publish at present, by topic."""
-        found = {}
+    def offers(self) -> dict[str, set[Offer]]:
+        """What others publish at present, by topic: all the ways in which they do."""
+        found: dict[str, set[Offer]] = {}
         for topic, _ in self._node.get_topic_names_and_types():
             if topic.startswith(_HEARD):
                 for info in self._others(self._node.get_publishers_info_by_topic(topic)):
                     profile = info.qos_profile
                     reliable = profile.reliability == self._qos.ReliabilityPolicy.RELIABLE
                     latched = profile.durability == self._qos.DurabilityPolicy.TRANSIENT_LOCAL
-                    found[topic] = Offer(info.topic_type, reliable, latched)
+                    offer = Offer(info.topic_type, reliable, latched)
+                    found.setdefault(topic, set()).add(offer)
         return found
 
     def asked(self) -> dict[str, str]:
@@ -117,7 +118,7 @@ class RclpyTransport:
         }
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
-        """Read a topic."""
+        """Read what is published on a topic in one way, or in one that offers more."""
         kind = self._get_message(offer.kind)
 
         def take(raw: bytes) -> None:
@@ -125,13 +126,13 @@ class RclpyTransport:
             callback(raw, self._bytes.deserialize_message(raw, kind), 0)
 
         qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
-        self._subscriptions[topic] = self._node.create_subscription(
+        self._subscriptions[topic, offer] = self._node.create_subscription(
             kind, topic, take, qos, raw=True
         )
 
-    def unsubscribe(self, topic: str) -> None:
-        """Stop reading a topic."""
-        self._node.destroy_subscription(self._subscriptions.pop(topic))
+    def unsubscribe(self, topic: str, offer: Offer) -> None:
+        """Stop reading a topic in that way."""
+        self._node.destroy_subscription(self._subscriptions.pop((topic, offer)))
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
         """Announce a topic, so that readers find it before the first message."""

@@ -17,6 +17,7 @@ from kendon.greeter import Flow, Moment
 from kendon.models import GreetingModel
 from kendon.observations import FEATURES
 from kendon.ros.arrivals import Arrivals
+from kendon.ros.overlap import Overlap
 from kendon.ros.ros2_names import STATE
 from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
 from kendon.ros.ros2_record import Recorder
@@ -94,7 +95,8 @@ class Ros2Node:
         self._arrivals = Arrivals()
         self._late = 0  # frames that came too late for the robot
         self._behind = False  # whether ever more came than could be taken in
-        self._heard: dict[str, Offer] = {}
+        self._heard: dict[str, set[Offer]] = {}
+        self._overlaps: dict[str, Overlap] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be read, and why
         self._leaving: list[tuple[int, str]] = []  # topics of people gone, and since when [ns]
         self._told: list[Told] = []
@@ -204,23 +206,29 @@ class Ros2Node:
 
     def _follow_offers(self) -> None:
         offers = self.transport.offers()
-        for topic, offer in offers.items():
-            if topic in self._heard or topic in self._refused or not self.reader.wanted(topic):
-                continue
+        for topic in filter(self.reader.wanted, offers.keys() | self._heard.keys()):
             kind = KINDS.get(topic) or _ENDINGS[topic.rsplit("/", 1)[1]]
-            if offer.kind != kind:
+            known = self._heard.get(topic, set())
+            ways = {offer for offer in offers.get(topic, ()) if offer.kind == kind}
+            for offer in offers.get(topic, set()) - ways:
                 self._refused[topic] = f"{topic} is published as {offer.kind}, not as {kind}."
+            if ways == known:
                 continue
-            self._heard[topic] = offer
-            self.transport.subscribe(topic, offer, functools.partial(self._hear, topic, kind))
-        for topic in [topic for topic in self._heard if topic not in offers]:
-            self.transport.unsubscribe(topic)
-            del self._heard[topic]
+            for offer in ways - known:
+                callback = functools.partial(self._hear, topic, offer)
+                self.transport.subscribe(topic, offer, callback)
+            for offer in known - ways:
+                self.transport.unsubscribe(topic, offer)
+            self._heard[topic], self._overlaps[topic] = ways, Overlap()
+            if not ways:
+                del self._heard[topic], self._overlaps[topic]
 
-    def _hear(self, topic: str, kind: str, raw: bytes, message: Any, sent: int) -> None:
+    def _hear(self, topic: str, offer: Offer, raw: bytes, message: Any, sent: int) -> None:
+        if len(self._heard[topic]) > 1 and not self._overlaps[topic].is_new(offer, raw):
+            return
         came = self._arrivals.take(sent, self._clock())
         if self._recorder is not None:
-            self._recorder.write(topic, kind, came, raw)
+            self._recorder.write(topic, offer.kind, came, raw)
         self._tell(self.reader.hear(topic, message, came))
 
     # ---- the robot
