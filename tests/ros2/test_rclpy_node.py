@@ -157,6 +157,20 @@ def test_a_node_on_rclpy_reads_people(graph: Graph, tmp_path: Any) -> None:
     assert graph.left
 
 
+def test_bytes_that_are_no_message_are_left_out_and_said(graph: Graph) -> None:
+    transport, heard = RclpyTransport(graph), []
+    offer = Offer(STRING, reliable=True, latched=False)
+    transport.subscribe("/state", offer, lambda _raw, message, _sent: heard.append(message.data))
+    good = type_store().serialize_cdr(build(STRING, {"data": "4"}), STRING)
+    for raw in (b"\0\1\0\0\3\0\0\0\xff\xfe\0\0", b"", bytes(good)):
+        graph.waiting.append(("/state", raw))
+        assert transport.spin(0.0) == 1
+    assert heard == ["4"]
+    assert transport.notes == [
+        "Messages of /state do not fit std_msgs/msg/String as it is known here; they are left out."
+    ]
+
+
 def test_without_ros_it_is_said_what_is_missing() -> None:
     if "rclpy" in sys.modules:
         pytest.skip("there is ROS here")

@@ -123,7 +123,17 @@ class RclpyTransport:
 
         def take(raw: bytes) -> None:
             self._count += 1
-            callback(raw, self._bytes.deserialize_message(raw, kind), 0)
+            try:
+                message = self._bytes.deserialize_message(raw, kind)
+            except Exception:  # whatever a middleware raises for bytes that are no message
+                sentence = (
+                    f"Messages of {topic} do not fit {offer.kind} as it is known here; they are"
+                    " left out."
+                )
+                if sentence not in self.notes:
+                    self.notes.append(sentence)
+                return
+            callback(raw, message, 0)
 
         qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
         self._subscriptions[topic, offer] = self._node.create_subscription(

@@ -12,10 +12,8 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from kendon.errors import DataError
-from kendon.person import PersonFrame
+from kendon.errors import DataError, KendonError
+from kendon.person import IntArray, PersonFrame
 from kendon.sources.bag_people import (
     BASES,
     FACE_LOST,
@@ -37,7 +35,8 @@ MEMORY = 3_000_000_000
 _UNPLACED = 3_000_000_000
 #: From so many lags one can tell whether there are two clocks.
 _LAGS = 20
-_NUMBERS = re.compile(r"\d+(\.\d+)?")
+#: What differs where the same is said again.
+NUMBERS = re.compile(r"-?\b(inf|\d+(\.\d+)?(e[-+]?\d+)?)\b")
 _NANO = 1e-9
 
 
@@ -121,9 +120,6 @@ class LivePeople:
             due: the stamp after which there must be one of somebody's before any are wanted [ns]:
                 to place several at once takes no longer than to place one.
             everybody: otherwise only who was told of since they were last looked at.
-
-        Raises:
-            DataError: somebody is too far away for metres, or frames are each other's parents.
         """
         people = self._who()
         if not people:
@@ -135,7 +131,12 @@ class LivePeople:
             people = [person for person in people if person.name in self._told]
             if not people:
                 return []
-        reading = self._read(self._people)
+        try:
+            reading = self._read(self._people)
+        except DataError as error:  # the base asked for may yet be told of
+            self._note(f"{error}.", "base")
+            self._forget()
+            return []
         found: list[HeardFrame] = []
         for person in people:
             given = max(self._given.get(i, -1) for i in person.ids)
@@ -149,19 +150,36 @@ class LivePeople:
                 continue
             for key in zip(frames[:count], stamps[:count].tolist(), strict=True):
                 self._waiting.pop(key, None)
-            track = reading.track(person, stamps[:count], frames[:count], self._new_notes)
             self._given[person.name] = int(stamps[count - 1])
-            found += [
-                HeardFrame(person, stamp, frame)
-                for stamp, frame in zip(stamps[:count].tolist(), track, strict=True)
-            ]
-            if np.isfinite(track.head).any():
+            placed = self._place(reading, person, stamps[:count], frames[:count])
+            found += placed
+            if any(heard.frame.seen for heard in placed):
                 self._placed = True
-            elif not self._placed and now - self._first > _UNPLACED:
+            elif placed and not self._placed and now - self._first > _UNPLACED:
                 self._note(f"{reading.why_unknown(frames[0], stamps)}.")
         self._tell_new()
         self._forget()
         return found
+
+    def _place(
+        self, reading: PeopleReading, person: Person, stamps: IntArray, frames: list[str]
+    ) -> list[HeardFrame]:
+        """The frames of somebody at some stamps, but for those that cannot be."""
+        try:
+            track = reading.track(person, stamps, frames, self._new_notes)
+        except KendonError as error:
+            if len(stamps) > 1:  # not all of them are wrong for one that is
+                return [
+                    heard
+                    for i in range(len(stamps))
+                    for heard in self._place(reading, person, stamps[i : i + 1], [frames[i]])
+                ]
+            self._note(f"Left out: {error}.")
+            return []
+        return [
+            HeardFrame(person, stamp, frame)
+            for stamp, frame in zip(stamps.tolist(), track, strict=True)
+        ]
 
     def unplaced(self) -> str:
         """Why nobody has been placed although somebody is tracked; "" if it is not so."""
@@ -240,9 +258,10 @@ class LivePeople:
             self._changed = True
             self._waiting = {k: since for k, since in self._waiting.items() if k[1] >= before}
 
-    def _note(self, sentence: str) -> None:
+    def _note(self, sentence: str, kind: str = "") -> None:
         sentence = sentence[0].upper() + sentence[1:]
-        kind = _NUMBERS.sub("", sentence)  # piece by piece, the same is said of other times
+        # Piece by piece, the same is said of other times.
+        kind = kind or NUMBERS.sub("", sentence)
         if kind not in self._said:
             self._said.add(kind)
             self.notes.append(sentence)
