@@ -31,7 +31,7 @@ from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
-from kendon.ros.ros2_settings import Drive, Ros2Settings
+from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
@@ -49,8 +49,6 @@ EPILOG = """
 """
 #: Whoever waits for nobody is told so after this [s].
 _SPEAKS_AFTER = 3.0
-#: Nobody waits longer for a message [s].
-MAX_LATENESS = 60.0
 
 
 def ros2_command(
@@ -97,10 +95,7 @@ def ros2_command(
         raise ParameterError(f"--domain lies between 0 and {DOMAINS[-1]}, not {domain}")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ParameterError(f"--seconds is more than 0, not {seconds:g}")
-    if not 0 < lateness <= MAX_LATENESS:
-        raise ParameterError(
-            f"--lateness is more than 0, and at most {MAX_LATENESS:g} s, not {lateness:g}"
-        )
+    check_lateness("--lateness", lateness)
     for option, given in (("--tree", tree), ("--leash", leash), ("--world", world or None)):
         if robot is None and given is not None:
             raise ParameterError(

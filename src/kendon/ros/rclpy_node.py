@@ -7,19 +7,23 @@ is needed of it is written down here as protocols.
 from __future__ import annotations
 
 import importlib
+import math
 import os
+import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
-from kendon.errors import KendonError
-from kendon.models import DEFAULT_MODEL, load_model
+from kendon.errors import KendonError, ParameterError, UnknownNameError
+from kendon.geometry import Vec3
+from kendon.models import DEFAULT_MODEL, GreetingModel, load_model
 from kendon.phases import Phase
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
-from kendon.ros.ros2_settings import Drive, Ros2Settings
+from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
 from kendon.ros.ros2_transport import Callback, Fields, Offer
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
@@ -27,6 +31,8 @@ from kendon.trees import GreetingTree
 
 #: What may be read; the graph of a big robot has hundreds of other topics.
 _HEARD = ("/humans/", "/tf", "/tf_static", "/faces", "/odom")
+#: A reader may take so long for the last message, which may be the robot's stop [s].
+_LAST_WORD = 1.0
 
 
 class EndpointInfo(Protocol):
@@ -171,7 +177,10 @@ class RclpyTransport:
         return self._count - before
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph when the last messages have been taken."""
+        patience = _module("rclpy.duration").Duration(seconds=_LAST_WORD)
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(patience)
         self._node.destroy_node()
 
     def _others(self, infos: Iterable[EndpointInfo]) -> Iterable[EndpointInfo]:
@@ -188,32 +197,100 @@ class RclpyTransport:
 
 
 def main() -> None:
-    """Run the node until it is interrupted; its parameters are the options of `kendon ros2`."""
-    rclpy = _module("rclpy")
-    rclpy.init()
-    handle: RclpyNode = rclpy.create_node("kendon")
+    """Run the node until it is interrupted; its parameters are the options of `kendon ros2`.
+
+    A mistake of the user is one sentence and exit code 2.
+    """
+    try:
+        _run()
+    except KendonError as error:
+        print(f"kendon: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:  # a second one, or before anything could move
+        sys.exit(130)
+
+
+class _Options(NamedTuple):
+    """What the parameters say."""
+
+    model: GreetingModel
+    options: BagOptions
+    face: Vec3
+    lateness: float  # [s]
+    record: str
+    settings: Ros2Settings | None  # of the robot that is to greet
+    tree: GreetingTree | None
+
+
+def _options(handle: RclpyNode) -> _Options:
+    """Declare the node's parameters.
+
+    Raises:
+        KendonError: one is not what it should be.
+    """
+    wrong_type = _module("rclpy.exceptions").ParameterException
 
     def told(name: str, default: Any) -> Any:
-        return handle.declare_parameter(name, default).value
+        try:
+            return handle.declare_parameter(name, default).value
+        except wrong_type as error:
+            raise ParameterError(f"the parameter {name} is like {default!r} ({error})") from None
 
-    x, y, z = (float(value) for value in told("robot_face", [0.0, 0.0, 1.2]))
-    options = BagOptions(told("base", "") or None)
-    drive, tree = told("robot", ""), told("tree", "")
-    model, world = load_model(told("model", DEFAULT_MODEL)), told("world", "")
-    record, leash = told("record", ""), told("leash", -1.0)  # less than 0: none
-    transport = RclpyTransport(handle)
-    recorder = Recorder(Path(record)) if record else None
-    node = Ros2Node(
-        transport, model, options=options, face=(x, y, z), recorder=recorder,
-        patience=told("lateness", PATIENCE),
-    )  # fmt: skip
-    if drive:
-        settings = Ros2Settings(
-            Drive(drive), world=world, face=(x, y, z), leash=leash if leash >= 0 else None
-        )
-        robot = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
-        node.greet_with(robot, GreetingTree(tree) if tree else None)
-    log = handle.get_logger()
+    face = list(told("robot_face", [0.0, 0.0, 1.2]))
+    if len(face) != 3 or not all(map(math.isfinite, face)):
+        raise ParameterError(f"robot_face is x, y and z in metres, not {face}")
+    base, model, drive = told("base", ""), told("model", DEFAULT_MODEL), told("robot", "")
+    for_robots = {"tree": told("tree", ""), "world": told("world", "")}
+    leash = told("leash", -1.0)  # less than 0: none
+    lateness, record = told("lateness", PATIENCE), told("record", "")
+    check_lateness("lateness", lateness)
+    if drive not in ("", *Drive):
+        raise UnknownNameError("way to drive a robot", drive, Drive)
+    for name, value in for_robots.items():
+        if value and not drive:
+            raise ParameterError(
+                f"{name} is for a robot that greets; set robot to {' or '.join(Drive)}, too"
+            )
+    x, y, z = face
+    settings = Ros2Settings(
+        Drive(drive), world=for_robots["world"], face=(x, y, z),
+        leash=None if leash < 0 else leash,
+    ) if drive else None  # fmt: skip
+    tree = GreetingTree(for_robots["tree"]) if for_robots["tree"] else None
+    return _Options(
+        load_model(model), BagOptions(base or None), (x, y, z), lateness, record, settings, tree
+    )
+
+
+def _run() -> None:
+    rclpy = _module("rclpy")
+    # ROS's own handlers take the network away at once: nobody could tell the robot to stop.
+    no_handlers = _module("rclpy.signals").SignalHandlerOptions.NO
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    rclpy.init(signal_handler_options=no_handlers)
+    handle: RclpyNode = rclpy.create_node("kendon")
+    transport: RclpyTransport | None = None
+    try:
+        chosen = _options(handle)
+        recorder = Recorder(Path(chosen.record)) if chosen.record else None
+        transport = RclpyTransport(handle)
+        node = Ros2Node(
+            transport, chosen.model, options=chosen.options, face=chosen.face, recorder=recorder,
+            patience=chosen.lateness,
+        )  # fmt: skip
+        if chosen.settings is not None:
+            robot = Ros2Robot(transport, node.place, chosen.settings, clock=time.time_ns)
+            node.greet_with(robot, chosen.tree)
+        _follow(node, handle.get_logger())
+    finally:
+        if transport is None:  # else the node has left with it
+            handle.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _follow(node: Ros2Node, log: Any) -> None:
+    """Run the node until it is interrupted, and tell what it does."""
     seen: set[str] = set()
     phases: dict[str, Phase] = {}
     try:
@@ -230,7 +307,6 @@ def main() -> None:
         pass
     finally:
         node.close()
-        rclpy.try_shutdown()
 
 
 def _module(name: str) -> Any:
