@@ -313,7 +313,7 @@ def test_mistakes_on_the_command_line(domain: int, command: Any, tmp_path: Path)
         (("/odom:=/7up!",), "'/odom:=/7up!' is no remapping of a topic"),
         (("/scan:=/x",), "kendon has no topic /scan; valid: /faces, /odom, /tf,"),
         (("/odom:=/x", "/faces:=/x"), "two of kendon's topics would be /x"),
-        (("--record", tmp_path / "x.bag"), "a recording ends in .mcap"),
+        (("--record", tmp_path / "x.bag"), "a recording of ROS 2 ends in .mcap"),
         (("--record", there), "this recording exists already"),
         (("--record", tmp_path / "no" / "x.mcap"), "there is no such folder"),
         (("--record", "/proc/x.mcap"), "cannot be recorded into"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import time
 from pathlib import Path
@@ -124,9 +125,11 @@ def ros2_command(
     except KeyboardInterrupt:
         err.print("stopped at once", style="dim")
     finally:
-        node.close()
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        try:
+            node.close()
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
@@ -151,30 +154,31 @@ def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> Non
     phases: dict[str, Phase] = {}
     going: list[Command] = []
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
-    for told, moments in node.run():
-        for one in told:
-            _show(one, phases)
-        for moment in moments:
-            for command in moment.commands:
-                out.print(f"  robot  {command}", highlight=False, markup=False)
-                going.append(command)
-        for command in [command for command in going if not command.running]:
-            going.remove(command)
-            if command.status is CommandStatus.FAILED:
-                note(f"{command} failed: {command.reason}")
-        for sentence in node.notes:
-            if sentence not in noted:
-                noted.add(sentence)
-                note(sentence)
-        passed = time.monotonic() - began
-        if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
-            waiting = node.waiting
-            note(f"waiting: {waiting}")
-        if stop.asked:
-            err.print("stopped", style="dim")
-            break
-        if seconds is not None and passed >= seconds:
-            break
+    with contextlib.closing(node.run()) as steps:
+        for told, moments in steps:
+            for one in told:
+                _show(one, phases)
+            for moment in moments:
+                for command in moment.commands:
+                    out.print(f"  robot  {command}", highlight=False, markup=False)
+                    going.append(command)
+            for command in [command for command in going if not command.running]:
+                going.remove(command)
+                if command.status is CommandStatus.FAILED:
+                    note(f"{command} failed: {command.reason}")
+            for sentence in node.notes:
+                if sentence not in noted:
+                    noted.add(sentence)
+                    note(sentence)
+            passed = time.monotonic() - began
+            if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
+                waiting = node.waiting
+                note(f"waiting: {waiting}")
+            if stop.asked:
+                err.print("stopped", style="dim")
+                break
+            if seconds is not None and passed >= seconds:
+                break
     if node.late:
         note(f"frames left out as they came too late: {node.late}")
     if seconds is not None and node.waiting:

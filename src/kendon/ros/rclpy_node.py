@@ -6,6 +6,7 @@ is needed of it is written down here as protocols.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import math
 import os
@@ -293,8 +294,8 @@ def _follow(node: Ros2Node, log: Any) -> None:
     """Run the node until it is interrupted, and tell what it does."""
     seen: set[str] = set()
     phases: dict[str, Phase] = {}
-    try:
-        for people, _ in node.run():
+    with contextlib.suppress(KeyboardInterrupt), contextlib.closing(node.run()) as steps:
+        for people, _ in steps:
             for one in people:
                 if one.belief and phases.get(one.name) is not one.belief.phase:
                     phases[one.name] = one.belief.phase
@@ -303,10 +304,6 @@ def _follow(node: Ros2Node, log: Any) -> None:
                 if note not in seen:
                     seen.add(note)
                     log.warning(note)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.close()
 
 
 def _module(name: str) -> Any:

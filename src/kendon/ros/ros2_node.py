@@ -121,6 +121,8 @@ class Ros2Node:
                 f"Frames come more than {self.reader.hold * _NANO:g} s late, and are left out"
                 " (--lateness waits longer)."
             )
+        if self._recorder is not None and self._recorder.trouble:
+            notes.append(f"{self._recorder.trouble}.")
         if self._behind:
             notes.append("This computer is too slow for all that is heard: beliefs are late.")
         return notes
@@ -151,7 +153,7 @@ class Ros2Node:
         However it ends, the robot is told to stop, and the recording is finished.
 
         Raises:
-            DataError: something heard cannot be right.
+            DataError: when it is closed, the recording cannot be finished.
         """
         try:
             while True:
@@ -160,17 +162,22 @@ class Ros2Node:
             self.close()
 
     def close(self) -> None:
-        """Stop the robot, finish the recording, and leave."""
-        if self._flow is not None and self.robot is not None:
-            self._flow.end()
-            self.robot.close()
-            self._flow = None
-        if self._recorder is not None:
-            self._recorder.close()
-            self._recorder = None
-        if self._open:
-            self._open = False
+        """Stop the robot, leave, and finish the recording.
+
+        Raises:
+            DataError: the recording cannot be finished.
+        """
+        if not self._open:
+            return
+        self._open = False
+        try:
+            if self._flow is not None and self.robot is not None:
+                self._flow.end()
+                self.robot.close()
+        finally:
             self.transport.close()
+            if self._recorder is not None:
+                self._recorder.close()
 
     def _step(self) -> tuple[list[Told], list[Moment]]:
         self._follow_offers()

@@ -240,6 +240,8 @@ class GreetingNode:
         while not self._changes.empty():
             self._tell(self._changes.get())  # each time anew
         waited = time.monotonic() - self._started
+        if self._recorder is not None and self._recorder.trouble:
+            self._note(f"{self._recorder.trouble}.")
         if not self.place.known and waited > _NO_PLACE:
             self._note(
                 "Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still."
