@@ -277,6 +277,7 @@ def test_mistakes_are_one_sentence(master: Master) -> None:
     cases = {
         ("--model", "nobody", "__name:=unknown"): "there is no model 'nobody'",
         ("_patience:=-1", "__name:=impatient"): "patience is a positive number of seconds",
+        ("_modle:=kendon",): "there is no parameter of the node 'modle'; valid: part, input,",
         ("faces",): "'faces' is neither an option nor a remapping",
         ("--robot-face", "1,2"): "robot_face is X,Y,Z in metres, not '1,2'",
         (

@@ -54,6 +54,9 @@ class Graph:
             raise WrongTypeError(f"{given!r} is no {type(value).__name__}")
         return SimpleNamespace(value=given)
 
+    def resolve_topic_name(self, topic: str) -> str:
+        return topic
+
     def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
         return [(topic, [infos[0].topic_type]) for topic, infos in self.others.items()]
 

@@ -82,8 +82,10 @@ def test_a_base_that_vanishes_ends_in_a_stated_failure_and_is_driven_when_it_is_
 ) -> None:
     life.until(life.drives)
     life.world.base = False
+    life.world.wire.renamed = {"/cmd_vel"}
     life.until(life.stands, limit=1.0)  # it does not drive blind
-    life.until(lambda: any(c.reason.startswith("nobody has read") for c in life.robot.log))
+    why = "nobody has read /renamed/cmd_vel for"
+    life.until(lambda: any(c.reason.startswith(why) for c in life.robot.log))
     life.world.base = True
     life.until(life.drives)
 

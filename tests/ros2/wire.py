@@ -32,6 +32,7 @@ class Wire:
         self.offered: dict[str, set[Offer]] = {}
         self.readers: dict[str, str] = {}
         self.closed = False
+        self.renamed: set[str] = set()
         self._callbacks: dict[str, Callback] = {}
 
     def clock(self) -> int:
@@ -47,6 +48,9 @@ class Wire:
     def heard(self, topic: str) -> list[Any]:
         """What the node has told on a topic."""
         return [message for name, message in self.told if name == topic]
+
+    def called(self, topic: str) -> str:
+        return f"/renamed{topic}" if topic in self.renamed else topic
 
     def offers(self) -> dict[str, set[Offer]]:
         return dict(self.offered)

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from kendon.cli.options import note, out
+from kendon.errors import UnknownNameError
 from kendon.greeter import describe
 from kendon.models import load_model
 from kendon.phases import Phase
@@ -83,7 +84,7 @@ def ros1_command(
         "face_height": face_height, "patience": patience,
     }  # fmt: skip
     chosen = {name: value for name, value in given.items() if value is not None}
-    _check(NodeSettings().with_values(chosen))
+    _check(NodeSettings().with_values(chosen), remappings or [])
     recorder = BagRecorder(record) if record else None
     try:
         start_node("kendon", remappings or [])
@@ -101,12 +102,18 @@ def ros1_command(
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-def _check(settings: NodeSettings) -> None:
+def _check(settings: NodeSettings, remappings: list[str]) -> None:
     """Tell a mistake before a master is looked for.
 
     Raises:
-        KendonError: the model or the tree cannot be read.
+        KendonError: a private parameter is none of the node's, or the model or the tree cannot be
+            read.
     """
+    names = [field.name for field in fields(NodeSettings)]
+    for given in remappings:
+        name = given.partition(":=")[0]
+        if name.startswith("_") and not name.startswith("__") and name[1:] not in names:
+            raise UnknownNameError("parameter of the node", name[1:], names)
     load_model(settings.model)
     if settings.tree:
         GreetingTree(Path(settings.tree))

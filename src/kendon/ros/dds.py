@@ -82,6 +82,10 @@ class DdsNode:
         self._writers: dict[str, tuple[Any, str]] = {}
         self._readers: dict[tuple[str, Offer], _Reader] = {}
 
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+        return self._names.get(topic, topic)
+
     def offers(self) -> dict[str, set[Offer]]:
         """What others publish at present, by topic: all the ways in which they do."""
         self._discover(self._discovery, self._note_offer, self._offers)
@@ -146,7 +150,9 @@ class DdsNode:
         try:
             writer.write(wrapped(self._topics[topic].data_type, raw))
         except DDSException as error:
-            raise KendonError(f"{topic} cannot be published ({_one_line(error)})") from None
+            raise KendonError(
+                f"{self.called(topic)} cannot be published ({_one_line(error)})"
+            ) from None
 
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
@@ -166,7 +172,8 @@ class DdsNode:
             samples = one.reader.take(N=READ_DEPTH)
             if len(samples) == READ_DEPTH:
                 self._note(
-                    f"Messages of {way[0]} come faster than they can be read: some are lost."
+                    f"Messages of {self.called(way[0])} come faster than they can be read: some are"
+                    " lost."
                 )
             came += [
                 (sample.sample_info.source_timestamp, way, sample.raw)
@@ -197,14 +204,20 @@ class DdsNode:
         del self._wait, self._discovery, self._readers_about, self._participant
 
     def _note_misfit(self, topic: str, kind: str) -> None:
-        self._note(f"Messages of {topic} do not fit {kind} as it is known here; they are left out.")
+        self._note(
+            f"Messages of {self.called(topic)} do not fit {kind} as it is known here; they are left"
+            " out."
+        )
 
     def _count_lost(self) -> None:
         for (topic, _), one in self._readers.items():
             status = one.reader.get_sample_lost_status()
             if status is not None and status.total_count_change:
                 self.lost += status.total_count_change
-                self._note(f"Messages of {topic} are lost on the way: too much for this computer?")
+                self._note(
+                    f"Messages of {self.called(topic)} are lost on the way: too much for this"
+                    " computer?"
+                )
 
     def _note(self, sentence: str) -> None:
         if sentence not in self.notes:
@@ -257,7 +270,7 @@ class DdsNode:
 
         if name not in self._topics:
             self._topics[name] = Topic(
-                self._participant, f"rt{self._names.get(name, name)}", sample_type(kind)
+                self._participant, f"rt{self.called(name)}", sample_type(kind)
             )
             prepare_codec(kind)
         return self._topics[name]

@@ -56,6 +56,9 @@ class RclpyNode(Protocol):
     def declare_parameter(self, name: str, value: Any) -> Any:
         """Declare a parameter with its default; returns it."""
 
+    def resolve_topic_name(self, topic: str) -> str:
+        """What a topic is called after remappings."""
+
     def get_topic_names_and_types(self) -> Iterable[tuple[str, Sequence[str]]]:
         """All topics of the graph."""
 
@@ -103,6 +106,10 @@ class RclpyTransport:
         self._subscriptions: dict[tuple[str, Offer], Any] = {}
         self._count = 0  # of messages handed out
 
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+        return self._node.resolve_topic_name(topic)
+
     def offers(self) -> dict[str, set[Offer]]:
         """What others publish at present, by topic: all the ways in which they do."""
         found: dict[str, set[Offer]] = {}
@@ -134,8 +141,8 @@ class RclpyTransport:
                 message = self._bytes.deserialize_message(raw, kind)
             except Exception:  # whatever a middleware raises for bytes that are no message
                 sentence = (
-                    f"Messages of {topic} do not fit {offer.kind} as it is known here; they are"
-                    " left out."
+                    f"Messages of {self.called(topic)} do not fit {offer.kind} as it is known here;"
+                    " they are left out."
                 )
                 if sentence not in self.notes:
                     self.notes.append(sentence)

@@ -139,13 +139,15 @@ class Ros2Node:
             return ""
         where = f"on domain {self.transport.domain}"
         if not self._heard:
+            transforms, faces = map(self.transport.called, ("/tf", FACES))
             return (
-                f"nobody publishes /humans/faces/tracked with /tf (ROS4HRI), or {FACES}, {where};"
-                " is ROS_DOMAIN_ID the same there?"
+                f"nobody publishes /humans/faces/tracked with {transforms} (ROS4HRI), or {faces},"
+                f" {where}; is ROS_DOMAIN_ID the same there?"
             )
         if unplaced := self.reader.people.unplaced():
             return f"{where}: {unplaced}"
-        return f"nobody is there yet; heard are {', '.join(sorted(self._heard))} {where}"
+        heard = ", ".join(sorted(map(self.transport.called, self._heard)))
+        return f"nobody is there yet; heard are {heard} {where}"
 
     def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:
         """Run for ever, a step of 0.1 s at a time: what was told of people, what the robot did.
@@ -218,7 +220,8 @@ class Ros2Node:
             known = self._heard.get(topic, set())
             ways = {offer for offer in offers.get(topic, ()) if offer.kind == kind}
             for offer in offers.get(topic, set()) - ways:
-                self._refused[topic] = f"{topic} is published as {offer.kind}, not as {kind}."
+                name = self.transport.called(topic)
+                self._refused[topic] = f"{name} is published as {offer.kind}, not as {kind}."
             if ways == known:
                 continue
             for offer in ways - known:

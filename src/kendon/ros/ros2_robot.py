@@ -257,7 +257,7 @@ class Ros2Robot(Robot):
     def _why_lost(self, topic: str, lost: float) -> str:
         if topic in self._readers:
             return f"the robot has not told where it is for {lost:.1f} s"
-        return f"nobody has read {topic} for {lost:.1f} s"
+        return f"nobody has read {self._transport.called(topic)} for {lost:.1f} s"
 
     # ---- head, arms, voice, face
 

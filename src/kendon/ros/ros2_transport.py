@@ -31,6 +31,9 @@ class Transport(Protocol):
     def notes(self) -> Sequence[str]:
         """What a user should know of what could not be read, one sentence each."""
 
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+
     def offers(self) -> Mapping[str, Set[Offer]]:
         """What others publish at present, by topic: all the ways in which they do."""
 
