@@ -209,3 +209,33 @@ def test_a_node_goes_on_after_a_bad_message(fields: dict[str, Any], sentence: st
     running.close()
     assert len([note for note in node.notes if sentence in note]) == 1
     assert node.reader.frames > before + 30
+
+
+@pytest.mark.parametrize("stray", [-5.0, 3600.0, -3600.0, -1.7e9 + 5, 4e8])
+def test_a_single_stamp_of_another_time_changes_nothing(stray: float) -> None:
+    expected = beliefs(PeopleReader(MODEL), None)
+    reader, told, now = PeopleReader(MODEL), [], EPOCH
+    for i in range(120):
+        now = EPOCH + i * SECOND // 30
+        told += reader.hear("/tf", somebody(now, i / 30), now)
+        if i in (45, 46, 80):
+            told += reader.hear("/tf", somebody(now + round(stray * SECOND), 0.0), now + 1)
+    told += reader.pass_time(now + SECOND)
+    assert len({one.name for one in told}) == 1
+    assert all(one.observation for one in told)  # nobody has gone meanwhile
+    found = [one.belief.probabilities.tolist() for one in told if one.belief]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    notes = [note for note in reader.notes if "is stamped" in note]
+    assert len(notes) == 2  # of the face, and of the gaze
+
+
+def test_a_clock_that_was_set_is_followed_after_three_messages() -> None:
+    reader, told = PeopleReader(MODEL), []
+    for i in range(240):
+        now = EPOCH + i * SECOND // 30
+        set_back = 100 * SECOND if i >= 120 else 0
+        told += reader.hear("/tf", somebody(now - set_back, i / 30), now)
+    names = [(one.name, one.observation is None) for one in told]
+    assert names.count(("anonymous_person_good", True)) == 1  # gone, and there again
+    after = [one for one in told if one.stamp < EPOCH and one.belief]
+    assert len(after) > 12

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from kendon.errors import DataError, KendonError
@@ -23,7 +24,7 @@ from kendon.sources.bag_people import (
     listed,
 )
 from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
-from kendon.sources.ros_stamps import nanoseconds
+from kendon.sources.ros_stamps import StampGuard, nanoseconds
 
 #: A frame waits so long for what is missing about it, by when its messages came [s].
 PATIENCE = 0.25
@@ -82,6 +83,7 @@ class LivePeople:
         self._placed = False
         self._changed = True
         self._told: set[str] = set()  # the names of those who may have a frame to give
+        self._guard = StampGuard()
 
     @property
     def start(self) -> int:
@@ -99,6 +101,8 @@ class LivePeople:
         Returns:
             Whether the clock has been set back: all begins anew.
         """
+        if topic == "/tf":
+            message = self._without_strays(message, received)
         try:
             self._changed |= self.log.take(topic, message, received)
         except DataError as error:
@@ -237,6 +241,19 @@ class LivePeople:
             count += 1
         return count
 
+    def _without_strays(self, message: Any, received: int) -> Any:
+        """A message without the transforms that are stamped with quite another time."""
+        kept = []
+        for told in message.transforms:
+            child, stamp = told.child_frame_id.lstrip("/"), nanoseconds(told.header.stamp)
+            if stamp == 0 or self._guard.fits(child, stamp, received):
+                kept.append(told)
+            else:
+                self._note(f"A transform of {child} is stamped {stamp * _NANO:.3f} s: left out.")
+        if len(kept) == len(message.transforms):
+            return message
+        return SimpleNamespace(transforms=kept)
+
     def _count_late(self, message: Any) -> None:
         for told in message.transforms:
             child = told.child_frame_id.lstrip("/")
@@ -255,6 +272,7 @@ class LivePeople:
         if before - self._forgotten > MEMORY // 10:
             self._forgotten = before
             self.log.forget(before)
+            self._guard.forget(set(self.log.transforms.frames))
             self._changed = True
             self._waiting = {k: since for k, since in self._waiting.items() if k[1] >= before}
 
