@@ -202,9 +202,9 @@ def measure(minutes: int, people: int, robot: str) -> None:
             memory, work = memory_and_work(kendon.pid)
             late = 1000 * np.array(camera.delays)
             print(
-                f"{minute + 1:6} {rate:10.2f} {memory:12.1f} {(work - before) / 60:5.2f} {np.median(late):31.1f}"
-                f" {np.quantile(late, 0.99):5.0f} {late.max():4.0f} {len(late):8}"
-                f" {camera.missing:8}",
+                f"{minute + 1:6} {rate:10.2f} {memory:12.1f} {(work - before) / 60:5.2f}"
+                f" {np.median(late):31.1f} {np.quantile(late, 0.99):5.0f} {late.max():4.0f}"
+                f" {len(late):8} {camera.missing:8}",
                 flush=True,
             )
         camera.commands = 0
