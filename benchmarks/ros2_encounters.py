@@ -6,9 +6,9 @@ A simulated person greets, in real time, a base like Nav2's that `kendon ros2` d
 default tree. Each encounter is held against the same one in a single process: the phases that were
 read; what the robot said, performed and showed, in its order; where it was sent, and where it was
 to look. Drives and looks are sent again as the person moves, ten times a second: each one, in both
-directions, must have one of the other at nearly the same time and place. Every difference is
-listed. Printed are also how long after the face message that ends an interval its belief comes to
-the person's process, and what was lost.
+directions, must have one of the other that holds at nearly the same time and place. Every
+difference is listed. Printed are also how long after the face message that ends an interval its
+belief comes to the person's process, and what was lost.
 """
 
 from __future__ import annotations
@@ -63,10 +63,9 @@ GOAL, LOOK = "/goal_pose", "/look_at"
 #: Drives and looks are the same so near to each other in time [s]: a base over ROS 2 has arrived
 #: when it has stood for 0.3 s, and a tick is 0.1 s.
 NEAR_TIME = 0.4
-#: Goals are the same within the tolerances that Nav2 reaches them with [m], [rad].
-NEAR_GOAL, NEAR_YAW = Ros2Settings().position_tolerance, Ros2Settings().yaw_tolerance
-#: Points to look at are within half of a face [m].
-NEAR_LOOK = 0.1
+#: And within the tolerances that Nav2 reaches goals with [m], [rad]: the person answers to where
+#: the robot is, and the robot to where the person is.
+NEAR_PLACE, NEAR_YAW = Ros2Settings().position_tolerance, Ros2Settings().yaw_tolerance
 #: A goal so near to where the base is, in metres and radians, tells it to stand. It is where the
 #: base happens to be.
 STANDS = 0.1
@@ -90,7 +89,7 @@ class Aim(NamedTuple):
     def near(self, other: Aim) -> bool:
         """Whether both are the same."""
         turned = abs(wrap_angle(self.yaw - other.yaw))
-        return self.off(other) <= (NEAR_GOAL, NEAR_LOOK)[len(self.place) - 2] and turned <= NEAR_YAW
+        return self.off(other) <= NEAR_PLACE and turned <= NEAR_YAW
 
     def stands(self, base: Pose2D) -> bool:
         """Whether it only tells a base to stand."""
@@ -294,8 +293,10 @@ class Figures:
             for aim in mine:
                 if aim.t > inside.seconds - NEAR_TIME:
                     continue  # its like may lie after the end
+                before = [other for other in others if other.t < aim.t - NEAR_TIME]
                 near = [other for other in others if abs(other.t - aim.t) <= NEAR_TIME]
-                like = [other for other in near if aim.near(other)]
+                # The last one before that time holds still.
+                like = [other for other in (*before[-1:], *near) if aim.near(other)]
                 if not like:
                     lonely.append(aim)
                 elif mine is getattr(over, what):
