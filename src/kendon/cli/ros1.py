@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import fields
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -23,6 +21,7 @@ from kendon.ros.ros1.node import GreetingNode
 from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
+from kendon.ros.stopping import Stopping
 from kendon.sources.ros_place import RobotPlace
 from kendon.trees import GreetingTree
 
@@ -121,25 +120,17 @@ def _check(settings: NodeSettings, remappings: list[str]) -> None:
 
 def _run(node: GreetingNode, *, quiet: bool) -> None:
     """Run the node until a signal, and tell what it does."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        """Let the robot stop first; a second signal ends at once."""
-        del frame
-        signal.signal(number, signal.default_int_handler)
-        node.stop()
-
-    for number in (signal.SIGINT, signal.SIGTERM):  # roslaunch sends both
-        signal.signal(number, end)
     shown = _Shown()
-    try:
-        for told in node.run():
-            if not quiet:
-                shown.show(told)
-        note("stopped")
-    except KeyboardInterrupt:
-        note("stopped at once; the robot may not have heard it")
-    finally:
-        ros_module("rospy").signal_shutdown("kendon ends")
+    with Stopping(node.stop):  # the robot stops first
+        try:
+            for told in node.run():
+                if not quiet:
+                    shown.show(told)
+            note("stopped")
+        except KeyboardInterrupt:
+            note("stopped at once; the robot may not have heard it")
+        finally:
+            ros_module("rospy").signal_shutdown("kendon ends")
 
 
 class _Shown:

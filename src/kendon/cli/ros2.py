@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import time
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -33,6 +31,7 @@ from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
 from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
+from kendon.ros.stopping import Stopping
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
@@ -115,39 +114,21 @@ def ros2_command(
     node = Ros2Node(
         transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness
     )
-    stop = _Stop()
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        if settings is not None:
-            greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
-            node.greet_with(greeter, behaviour)
-        _run(node, domain, seconds, stop)
-    except KeyboardInterrupt:
-        err.print("stopped at once", style="dim")
-    finally:
+    with Stopping() as stop:
         try:
-            node.close()
+            if settings is not None:
+                greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
+                node.greet_with(greeter, behaviour)
+            _run(node, domain, seconds, stop)
+        except KeyboardInterrupt:
+            err.print("stopped at once", style="dim")
         finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
+            node.close()
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-class _Stop:
-    """Ctrl-C, and SIGTERM: the step in hand is finished, so that nothing is told by halves."""
-
-    def __init__(self) -> None:
-        self.asked = False
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Ask for it; the second time at once."""
-        if self.asked:
-            raise KeyboardInterrupt
-        self.asked = True
-
-
-def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> None:
+def _run(node: Ros2Node, domain: int, seconds: float | None, stop: Stopping) -> None:
     began = time.monotonic()
     noted: set[str] = set()
     waiting = ""

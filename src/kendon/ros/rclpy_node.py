@@ -10,7 +10,6 @@ import contextlib
 import importlib
 import math
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -26,6 +25,7 @@ from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
 from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
 from kendon.ros.ros2_transport import Callback, Fields, Offer
+from kendon.ros.stopping import Stopping
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
@@ -274,8 +274,6 @@ def _run() -> None:
     rclpy = _module("rclpy")
     # ROS's own handlers take the network away at once: nobody could tell the robot to stop.
     no_handlers = _module("rclpy.signals").SignalHandlerOptions.NO
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
     rclpy.init(signal_handler_options=no_handlers)
     handle: RclpyNode = rclpy.create_node("kendon")
     transport: RclpyTransport | None = None
@@ -290,18 +288,19 @@ def _run() -> None:
         if chosen.settings is not None:
             robot = Ros2Robot(transport, node.place, chosen.settings, clock=time.time_ns)
             node.greet_with(robot, chosen.tree)
-        _follow(node, handle.get_logger())
+        with Stopping() as stop:
+            _follow(node, handle.get_logger(), stop)
     finally:
         if transport is None:  # else the node has left with it
             handle.destroy_node()
         rclpy.try_shutdown()
 
 
-def _follow(node: Ros2Node, log: Any) -> None:
+def _follow(node: Ros2Node, log: Any, stop: Stopping) -> None:
     """Run the node until it is interrupted, and tell what it does."""
     seen: set[str] = set()
     phases: dict[str, Phase] = {}
-    with contextlib.suppress(KeyboardInterrupt), contextlib.closing(node.run()) as steps:
+    with contextlib.closing(node.run()) as steps:
         for people, _ in steps:
             for one in people:
                 if one.belief and phases.get(one.name) is not one.belief.phase:
@@ -311,6 +310,8 @@ def _follow(node: Ros2Node, log: Any) -> None:
                 if note not in seen:
                     seen.add(note)
                     log.warning(note)
+            if stop.asked:
+                break
 
 
 def _module(name: str) -> Any:
