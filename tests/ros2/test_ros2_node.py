@@ -268,7 +268,7 @@ def test_the_base_stops_on_ctrl_c(node: DdsNode, kendon: Any, tree: Path) -> Non
     code, out, err = running.interrupt()
     until(node, lambda: world.speeds[-1] == 0.0)
     assert code == 0, err
-    assert "go_to" in out
+    assert "robot  drive" in out
     assert "Traceback" not in err
 
 

@@ -9,12 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from kendon.cli.options import note, out
+from kendon.cli.robot_lines import RobotLines
 from kendon.errors import UnknownNameError
-from kendon.greeter import describe
 from kendon.models import load_model
-from kendon.phases import Phase
-from kendon.robots.base import CHANNELS, Command, CommandStatus
-from kendon.ros.parts import Told
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.node import GreetingNode
@@ -120,49 +117,23 @@ def _check(settings: NodeSettings, remappings: list[str]) -> None:
 
 def _run(node: GreetingNode, *, quiet: bool) -> None:
     """Run the node until a signal, and tell what it does."""
-    shown = _Shown()
+    lines, before = RobotLines(), None
     with Stopping(node.stop):  # the robot stops first
         try:
             for told in node.run():
-                if not quiet:
-                    shown.show(told)
+                if quiet:
+                    continue
+                phase = told.moment.belief.phase if told.moment.belief else None
+                if phase is not before and phase is not None:
+                    lines.begin()
+                    out.print(f"{phase.name:<4}{phase.title}", highlight=False)
+                before = phase
+                lines.show(told.moment.commands)
             note("stopped")
         except KeyboardInterrupt:
             note("stopped at once; the robot may not have heard it")
         finally:
             ros_module("rospy").signal_shutdown("kendon ends")
-
-
-class _Shown:
-    """Prints phases and commands as they change; a drive is followed up ten times a second."""
-
-    def __init__(self) -> None:
-        self._phase: Phase | None = None
-        self._doing: dict[str, str] = {}  # by channel
-        self._going: list[Command] = []
-        self._failed: dict[str, str] = {}  # by channel, why the last command failed
-
-    def show(self, told: Told) -> None:
-        """Print what is new."""
-        phase = told.moment.belief.phase if told.moment.belief else None
-        if phase is not self._phase and phase is not None:
-            self._doing.clear()
-            out.print(f"{phase.name:<4}{phase.title}", highlight=False)
-        self._phase = phase
-        for command in told.moment.commands:
-            channel, what = CHANNELS[command.kind], describe(command)
-            if self._doing.get(channel) != what:
-                out.print(f"  robot  {what}", highlight=False, markup=False)
-            self._doing[channel] = what
-            self._going.append(command)
-        for command in [command for command in self._going if not command.running]:
-            self._going.remove(command)
-            channel = CHANNELS[command.kind]
-            failed = command.reason if command.status is CommandStatus.FAILED else ""
-            if failed and failed != self._failed.get(channel):
-                note(f"{describe(command)} failed: {failed}")
-            if command.status is not CommandStatus.CANCELLED:
-                self._failed[channel] = failed
 
 
 def _parameters() -> dict[str, Any]:

@@ -20,10 +20,10 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.robot_lines import RobotLines
 from kendon.errors import DataError, ParameterError
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
-from kendon.robots.base import Command, CommandStatus
 from kendon.ros.dds import DOMAINS, DdsNode
 from kendon.ros.ros2_names import remappings
 from kendon.ros.ros2_node import Ros2Node
@@ -133,20 +133,14 @@ def _run(node: Ros2Node, domain: int, seconds: float | None, stop: Stopping) -> 
     noted: set[str] = set()
     waiting = ""
     phases: dict[str, Phase] = {}
-    going: list[Command] = []
+    lines = RobotLines()
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
     with contextlib.closing(node.run()) as steps:
         for told, moments in steps:
             for one in told:
-                _show(one, phases)
-            for moment in moments:
-                for command in moment.commands:
-                    out.print(f"  robot  {command}", highlight=False, markup=False)
-                    going.append(command)
-            for command in [command for command in going if not command.running]:
-                going.remove(command)
-                if command.status is CommandStatus.FAILED:
-                    note(f"{command} failed: {command.reason}")
+                if _show(one, phases) and one.name == node.reader.followed:
+                    lines.begin()
+            lines.show(command for moment in moments for command in moment.commands)
             for sentence in node.notes:
                 if sentence not in noted:
                     noted.add(sentence)
@@ -166,16 +160,17 @@ def _run(node: Ros2Node, domain: int, seconds: float | None, stop: Stopping) -> 
         raise DataError(node.waiting)
 
 
-def _show(told: Told, phases: dict[str, Phase]) -> None:
-    """Print a person's phase when it changes, and when they have gone."""
+def _show(told: Told, phases: dict[str, Phase]) -> bool:
+    """Print a person's phase when it changes, and when they have gone; whether one was."""
     if told.observation is None:
         if phases.pop(told.name, None):
             out.print(f"{told.name}  gone", highlight=False, markup=False)
-        return
+        return False
     if told.belief is None or phases.get(told.name) is told.belief.phase:
-        return
+        return False
     phase = phases[told.name] = told.belief.phase
     level = Engagement(told.engagement).name.lower()
     line = Text(f"{told.name}  ")
     line.append(f"{phase.name}  {phase.title}", style=phase.color)
     out.print(line.append(f"  {level}", style="dim"))
+    return True
