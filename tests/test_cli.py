@@ -150,6 +150,8 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["greet", "--robot-face", "1,2"], ["--robot-face", "X,Y,Z", "1,2"]),
         (["greet", "--robot-face", "0,0,inf"], ["--robot-face", "inf"]),
         (["greet", "--camera-pose", "0,0,1,2"], ["--camera-pose", "YAW,PITCH"]),
+        (["greet", "--camera-pose", "1e300,0,0"], ["--camera-pose", "100 m", "1e300"]),
+        (["greet", "--camera-pose", "0,0,1,0,9e9"], ["--camera-pose", "360 degrees"]),
         (["greet", "--fov", "400"], ["--fov", "160 degrees", "400"]),
         (["greet", "--fps", "0"], ["frames a second", "1 and 1000"]),
         (["greet", "--source", "kinect", "x"], ["kinect", "openface"]),
@@ -168,7 +170,7 @@ def test_exported_trees_run(kendon: Kendon, tmp_path: Path) -> None:
         (["estimate", "--camera", "-1"], ["--camera", "greater than or equal to 0"]),
         (["estimate", "--camera", "0", "--seconds", "0"], ["--seconds", "more than 0"]),
         (["estimate", "simulated", "--overlay", "seen.txt"], ["seen.txt", ".mp4 or .avi"]),
-        (["estimate", "simulated", "--overlay", "no/seen.mp4"], ["no/seen.mp4", "no folder"]),
+        (["estimate", "simulated", "--overlay", f"{__file__}/a.mp4"], ["is not a folder"]),
         (["estimate", "simulated", "--overlay", "seen.mp4"], ["--overlay", "videos and cameras"]),
         (["estimate", "a.mp4", "b.mp4", "--overlay", "seen.mp4"], ["one video", "2 sources"]),
         (["greet", "--calibration", "c.yaml", "--fov", "70"], ["give one of the two"]),
@@ -275,6 +277,31 @@ def test_nobody_is_read_where_nobody_is_seen(kendon: Kendon, tmp_path: Path) -> 
     run = kendon("estimate", empty)
     assert run.code == 2
     assert "nobody is seen" in run.err
+
+
+def test_brackets_in_a_name_are_no_markup(
+    kendon: Kendon, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("[b]ann[/c].csv").parent.mkdir()
+    Path("[b]ann[/c].csv").write_bytes(recording.read_bytes())
+    run = kendon("estimate", "[b]ann[/c].csv", "--out", "[red]")
+    assert run.code == 0
+    assert "c].csv  " in run.out
+    assert "written to [red]" in run.out
+    run = kendon("greet", "simulated:short", "-q", "--figure", "[/x]/[y].svg")
+    assert run.code == 0
+    assert "drawn in [/x]/[y].svg." in run.out
+
+
+def test_no_phase_is_read_off_observations_of_nothing(kendon: Kendon, tmp_path: Path) -> None:
+    empty = tmp_path / "nothing.csv"
+    features = "distance,speed,gaze,smile,dsal,csal,hdip"
+    empty.write_text(f"t,{features}\n0.2,nan,,,,,,\n0.4,,,,,,,\n", encoding="utf-8")
+    run = kendon("estimate", empty, "--out", tmp_path / "out")
+    assert run.code == 2
+    assert "nobody is seen in it: no value is known" in run.err
+    assert list(tmp_path.iterdir()) == [empty]
 
 
 def test_observations_are_not_greeted(kendon: Kendon, tmp_path: Path) -> None:

@@ -8,8 +8,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import uuid
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendon.errors import DataError
+from kendon.outputs import write_text
 
 #: What stands for an unknown value; the last ones are what Windows programs print for NaN.
 _UNKNOWN = frozenset({"", "nan", "na", "null", "none", "nan(ind)", "-nan(ind)"})
@@ -206,34 +205,3 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
         for row in rows
     )
     write_text(path, text.getvalue())
-
-
-def write_text(path: str | Path, text: str) -> None:
-    """Write a text file whole or not at all, making its folder if need be.
-
-    Raises:
-        DataError: the file cannot be written.
-    """
-    path = Path(path)
-    data = text.encode()
-    try:
-        # A neighbour that is renamed at the end: a reader never sees half a file. Made by `open`,
-        # unlike those of tempfile, it gets the permissions that the user's umask leaves.
-        temporary = os.path.join(path.parent, f".{uuid.uuid4().hex}.tmp")
-        try:
-            try:
-                _write_new(temporary, data)
-            except FileNotFoundError:  # made only then: sets have thousands of files
-                path.parent.mkdir(parents=True, exist_ok=True)
-                _write_new(temporary, data)
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
-
-
-def _write_new(path: str, data: bytes) -> None:
-    with open(path, "xb") as file:
-        file.write(data)

@@ -255,6 +255,12 @@ def test_figures_are_drawn_once_as_picture_and_once_as_lines(
     assert "time [s]" in (tmp_path / "figures" / "timelines_kendon_filter.svg").read_text()
 
 
+def test_a_phase_that_never_happens_has_no_recall_rather_than_one_of_0(tmp_path: Path) -> None:
+    draw_figures(evaluate(sort_material([unknown("IA", "two")]), [Scripted("one")]), tmp_path)
+    text = (tmp_path / "recall.svg").read_text(encoding="utf-8")
+    assert text.count(">–<") == 4  # I and A happen
+
+
 def test_figures_of_readers_that_look_alike_do_not_overwrite_each_other(tmp_path: Path) -> None:
     material = sort_material([unknown("IA", "two")])
     evaluation = evaluate(material, [Scripted("a b"), Scripted("A/b")])

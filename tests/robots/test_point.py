@@ -10,7 +10,7 @@ from robots.robot_contract import RobotContract, run_until_ended
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.geometry import Pose2D
-from kendon.robots.base import CommandStatus, Robot
+from kendon.robots.base import Appearance, CommandStatus, Robot
 from kendon.robots.drive import BaseLimits
 from kendon.robots.head import HeadLimits
 from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS, SPEECH_RATE, PointRobot
@@ -214,3 +214,9 @@ def test_a_long_wait_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     robot.update(1.7e9)  # a robot whose clock is the time of day
     assert len(steps) < 1000  # it drove there and then stood, without a step for all that time
     assert drive.status is CommandStatus.SUCCEEDED
+
+
+def test_the_angle_to_a_place_that_is_unknown_is_unknown() -> None:
+    seen = Appearance(0.0, Pose2D(0, 0, 0), (0, 0, 1.2), (1, 0, 0), None, None, None)
+    assert seen.looks_at((-2, 0, 1.2)) == pytest.approx(math.pi)
+    assert math.isnan(seen.looks_at((math.nan, 0, 1.2)))

@@ -167,7 +167,7 @@ def test_messages_count_one_after_the_other_though_the_clock_stands_still() -> N
     ("name", "sentence"),
     [
         ("hall.mcap", "a recording of ROS 1 ends in .bag"),
-        ("no/hall.bag", "there is no such folder to record in"),
+        ("old.bag/hall.bag", "cannot be written"),
         ("old.bag", "this recording exists already; name another one"),
     ],
 )

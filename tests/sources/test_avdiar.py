@@ -202,6 +202,15 @@ def test_face_boxes_of_the_original_release_are_read(sequence: Path) -> None:
     assert one.joints == {}
 
 
+def test_a_face_box_whose_place_is_unknown_is_not_in_the_corner(tmp_path: Path) -> None:
+    path = tmp_path / "face_bb.txt"
+    path.write_text("1,1,nan,30,20,24\n1,2,50,60,20,24\n2,1,-15,30,20,24\n2,2,50,60,20,24\n")
+    one = read_marks(path).people[1][:, FILE_JOINTS.index("nose")]
+    assert np.isnan(one[0, 0])
+    assert one[0, 1] == 42
+    assert one[1].tolist() == [0, 42]  # past the rim, where half a face still shows
+
+
 def test_marks_at_another_size_are_scaled(sequence: Path) -> None:
     path = sequence / "groundTruth.txt"
     rows = [line.split() for line in path.read_text().splitlines()]

@@ -64,11 +64,23 @@ def test_openface_is_recognised_by_its_columns(tmp_path: Path) -> None:
     assert find_source(path) is OpenFaceSource
 
 
-@pytest.mark.parametrize("first", ["", '"', "t;head_x\n", "a,b,c\n1,2,3\n"])
-def test_another_csv_is_not_recognised(tmp_path: Path, first: str) -> None:
+@pytest.mark.parametrize(
+    ("first", "why"),
+    [
+        (b"", "it is empty"),
+        (b'"', "the file has a header but no rows"),
+        (b"t;head_x\n", "its cells are separated by semicolons, where kendon reads commas"),
+        (b"t;head_x\n0;1,5\n", "its cells are separated by semicolons, where kendon reads commas"),
+        (b"a,b,c\n1,2,3\n", "its columns are a, b, c"),
+        (b"a,b,c\n1,2\n", "row 2: torn row: 2 cells where the header has 3"),
+        ("t,head_x,phase\n0,1,Jäger\n".encode("latin-1"), "this is no CSV file in UTF-8"),
+        ("t,head_x\n0,1\n".encode("utf-16"), "this is no CSV file in UTF-8"),
+    ],
+)
+def test_another_csv_is_not_recognised(tmp_path: Path, first: bytes, why: str) -> None:
     path = tmp_path / "other.csv"
-    path.write_text(first, encoding="utf-8")
-    with pytest.raises(DataError, match="no source recognises this file") as refused:
+    path.write_bytes(first)
+    with pytest.raises(DataError, match=f"no source recognises this file: {why}") as refused:
         open_source(path)
     assert_one_sentence(refused.value, path)
     assert all(name in str(refused.value) for name in registered_sources())

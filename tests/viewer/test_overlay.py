@@ -160,5 +160,6 @@ def test_a_codec_that_is_not_there_offers_another_ending(
 def test_other_endings_and_folders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"\.mp4 or \.avi"):
         check_overlay(tmp_path / "seen.gif")
-    with pytest.raises(DataError, match="no folder"):
-        check_overlay(tmp_path / "none" / "seen.mp4")
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match="file is not a folder"):
+        check_overlay(tmp_path / "file" / "seen.mp4")

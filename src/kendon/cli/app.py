@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import io
 import os
+import signal
 import sys
+import threading
+from types import FrameType
 
 import typer
 
@@ -26,6 +31,7 @@ from kendon.cli.information import (
     sources_command,
     trees_command,
 )
+from kendon.cli.mistakes import Commands, UsageError, sentence
 from kendon.cli.play import EPILOG as PLAY_EPILOG
 from kendon.cli.play import play_command
 from kendon.cli.ros1 import EPILOG as ROS1_EPILOG
@@ -37,10 +43,15 @@ from kendon.cli.simulate import EPILOG as SIMULATE_EPILOG
 from kendon.cli.simulate import simulate_command
 from kendon.errors import KendonError
 
+#: The reader of what is printed (head, less) has gone; rich ends with the same. It is no
+#: success, as what would have been done after the printing is not done.
+_BROKEN_PIPE = 1
+
 app = typer.Typer(
     name="kendon",
     help="Read which phase of a greeting a person is in, and let a robot greet back.",
-    no_args_is_help=True,
+    cls=Commands,
+    invoke_without_command=True,
     add_completion=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -72,11 +83,14 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     version: bool = typer.Option(
         False, "--version", help="Print the version.", callback=_print_version, is_eager=True
     ),
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(2)
 
 
 def main() -> None:
@@ -84,23 +98,68 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without bars gets question marks
+    if threading.current_thread() is not threading.main_thread():
+        sys.exit(_finish_output(_run()))  # signals are the main thread's
+    before = signal.signal(signal.SIGTERM, _end)
     try:
-        app()
+        sys.exit(_finish_output(_run()))
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End like at an error, so that no half of a file is left behind."""
+    del frame
+    sys.exit(128 + number)
+
+
+def _run() -> int:
+    """Run the command that was typed; its exit code."""
+    words = _typed()
+    try:
+        command = typer.main.get_command(app)
+        with command.make_context("kendon", list(words)) as context:
+            command.invoke(context)
+    except typer.Exit as end:
+        return end.exit_code
+    except UsageError as error:
+        known = {command.name for command in app.registered_commands}
+        return _tell(sentence(error, " ".join(["kendon", *(w for w in words[:1] if w in known)])))
     except KendonError as error:
-        typer.echo(f"kendon: {error}", err=True)
-        sys.exit(2)
+        return _tell(str(error))
     except KeyboardInterrupt:
-        typer.echo("kendon: stopped", err=True)
-        sys.exit(130)
+        _tell("stopped")
+        return 130
     except BrokenPipeError:
-        # The reader (head, less) has gone; silence the interpreter's flush at exit as well.
-        _close_output()
-        sys.exit(0)
+        return _BROKEN_PIPE
     except OSError as error:
-        _close_output()
-        typer.echo(f"kendon: {error.strerror or error}", err=True)
-        sys.exit(2)
+        # Files are named; what has no name is where the results are printed.
+        place = error.filename or "the standard output"
+        return _tell(f"{place}: {error.strerror or error}")
+    return 0
 
 
-def _close_output() -> None:
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _typed() -> list[str]:
+    """The words after `kendon`; on Windows, where no shell does it, wildcards are resolved."""
+    if os.name != "nt":
+        return sys.argv[1:]
+    return [name for word in sys.argv[1:] for name in (sorted(glob.glob(word)) or [word])]
+
+
+def _tell(message: str) -> int:
+    with contextlib.suppress(OSError):
+        typer.echo(f"kendon: {message}", err=True)
+    return 2
+
+
+def _finish_output(code: int) -> int:
+    """Write what is still to be written, here where a failure can be told; the exit code."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        # Silence the interpreter's own attempt at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            return code or _BROKEN_PIPE
+        return code or _tell(f"the standard output: {error.strerror}")
+    return code

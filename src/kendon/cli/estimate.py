@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Table
@@ -30,8 +31,10 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.tables import print_table
+from kendon.cli.targets import check_targets, folder_name
 from kendon.cli.watching import Watching
-from kendon.errors import ParameterError
+from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder, Estimate, estimate, stretches
 from kendon.features import PERIOD
 from kendon.greetings import expand, load_observations
@@ -85,7 +88,13 @@ def estimate_command(
     robot_face: RobotFaceOption = "0,0,1.2",
     gestures_from_phases: GesturesOption = False,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Write NAME.csv for each file into this folder.")
+        Path | None,
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Write NAME.csv for each file into this folder.",
+        ),
     ] = None,
     source: SourceOption = None,
     camera_pose: CameraPoseOption = "0,0,1.2",
@@ -105,18 +114,23 @@ def estimate_command(
     greeting_model = load_model(model)
     targets = _targets(files, folder)
     _check_overlay(overlay, files)
+    check_targets(
+        [("--overlay", overlay), *(("--out", target) for target in targets)],
+        [("--out", folder)], [*files, model, calibration, pose_model],
+    )  # fmt: skip
     watching = Watching(greeting_model, face, seconds, overlay)
     _check_observations(files, source, watching)
     # Everything is read before anything is written: a bad file leaves nothing half-done.
     observed = _observe_all(files, options, source, watching, gestures_from_phases)
+    _require_somebody(files, observed)
     estimates = [estimate(o, greeting_model, decoder) for o in observed]
     for result, target in zip(estimates, targets, strict=bool(folder)):
         result.write(target)
-    out.print(_summary(files, estimates, f"{greeting_model.name}, {decoder.value}"))
+    print_table(_summary(files, estimates, f"{greeting_model.name}, {decoder.value}"), out)
     if folder:
         out.print(f"{len(targets)} file{'s' * (len(targets) != 1)} written to {folder}")
     elif len(files) == 1:
-        out.print(_timeline(estimates[0]))
+        print_table(_timeline(estimates[0]), out)
     if not gestures_from_phases and not any(_gestures_known(o) for o in observed):
         note(
             "no gesture information in the input; salutations and dips are read from distance,"
@@ -128,8 +142,7 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
     """Refuse what cannot be drawn or read.
 
     Raises:
-        ParameterError: there is nothing to read, or an overlay of several files is asked for, or
-            of what it would overwrite.
+        ParameterError: there is nothing to read, or an overlay of several files is asked for.
     """
     if not files:
         raise ParameterError("name a recording to read, or a camera: --camera 0")
@@ -137,8 +150,17 @@ def _check_overlay(overlay: Path | None, files: list[str]) -> None:
         return
     if len(files) != 1:
         raise ParameterError(f"--overlay draws one video or camera, not {len(files)} sources")
-    if overlay.exists() and Path(files[0]).exists() and overlay.samefile(files[0]):
-        raise ParameterError(f"--overlay would overwrite {files[0]}, which is read")
+
+
+def _require_somebody(files: list[str], observed: list[Observations]) -> None:
+    """Refuse to read phases off nothing: what came out would be the model's odds alone.
+
+    Raises:
+        DataError: a file holds no known value.
+    """
+    for file, observations in zip(files, observed, strict=True):
+        if np.isnan(observations.values).all():
+            raise DataError("nobody is seen in it: no value is known", file=file)
 
 
 def _check_observations(files: list[str], source: str | None, watching: Watching) -> None:
@@ -157,12 +179,10 @@ def _targets(files: list[str], folder: Path | None) -> list[Path]:
     """Where each file's phases go.
 
     Raises:
-        ParameterError: two files would go to the same place, or one onto itself.
+        ParameterError: two files would go to the same place.
     """
     if folder is None:
         return []
-    if folder.exists() and not folder.is_dir():
-        raise ParameterError(f"--out names a folder, but {folder} is a file")
     targets: dict[Path, str] = {}
     for file in files:
         # skeletons.txt#1-2 names two people of a file; camera:0 is a name, too, not a path.
@@ -171,8 +191,6 @@ def _targets(files: list[str], folder: Path | None) -> list[Path]:
         target = folder / f"{stem}.csv"
         if target in targets:
             raise ParameterError(f"{targets[target]} and {file} would both be written to {target}")
-        if target.exists() and Path(file).exists() and target.samefile(file):
-            raise ParameterError(f"--out {folder} would overwrite {file}; name another folder")
         targets[target] = file
     return list(targets)
 
@@ -192,7 +210,7 @@ def _observe_all(
             told.add(sentence)
             note(sentence)
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"))
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("reading")
         for number, file in enumerate(files, 1):
@@ -225,7 +243,7 @@ def _gestures_known(observations: Observations) -> bool:
 
 def _summary(files: list[str], estimates: list[Estimate], title: str) -> Table:
     truth_known = any(e.score[1] for e in estimates)
-    table = Table(title=f"Phases read ({title})", title_justify="left", box=None, pad_edge=False)
+    table = Table(title=f"Phases read ({title})", box=None, pad_edge=False)
     table.add_column("file", no_wrap=True)
     table.add_column("s", justify="right")
     table.add_column("phases")

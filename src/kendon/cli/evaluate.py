@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from kendon.cli.evaluate_tables import print_tables
 from kendon.cli.options import GesturesOption, check_jobs, err, note, out
+from kendon.cli.targets import check_targets, folder_name
 from kendon.errors import DataError, ParameterError
 from kendon.estimate import Decoder
 from kendon.evaluation import (
@@ -38,8 +38,8 @@ from kendon.evaluation.report import write_report
 from kendon.greetings import expand, load_observations
 from kendon.models import DEFAULT_MODEL
 from kendon.observations import Observations
+from kendon.outputs import write_text
 from kendon.person import Track
-from kendon.tables import write_text
 
 EPILOG = """
 **Examples**
@@ -120,13 +120,14 @@ def evaluate_command(
         Path | None, typer.Option(help="Write a report with figures, one .html page.")
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw the figures into this folder.")
+        Path | None,
+        typer.Option(parser=folder_name, metavar="DIR", help="Draw the figures into this folder."),
     ] = None,
 ) -> None:
     """Compare how well models read the phases of greetings, with baselines and intervals."""
     _check_numbers(seed, splits, jobs, cluster)
     paths = expand(files)
-    _check_targets(json_file, report, figures, paths)
+    _check_targets(json_file, report, figures, [*paths, *(model or [])])
     if cluster:
         require_dask()
     readers = [*model_readers(model or [DEFAULT_MODEL], decoder.chosen), *BASELINES]
@@ -176,33 +177,10 @@ def _check_targets(
         DataError: a result cannot be written where it is to be.
         ParameterError: two results, or a result and a recording, would be the same file.
     """
-    targets = {"--json": json_file, "--report": report}
-    files = {option: path for option, path in targets.items() if path and path != STANDARD_OUTPUT}
     if report and report.suffix.lower() not in (".html", ".htm"):
         raise DataError("a report is an .html file", file=report)
-    for option, path in files.items():
-        if path.is_dir():
-            raise DataError(f"{option} names a file, but this is a folder", file=path)
-        _check_folder(path.parent, path)
-        for other in inputs:
-            if path.exists() and Path(other).exists() and path.samefile(other):
-                raise ParameterError(f"{option} {path} would overwrite a recording; name another")
-    if len({path.resolve() for path in files.values()}) < len(files):
-        raise ParameterError(f"--json and --report would both be written to {report}")
-    if figures:
-        if figures.exists() and not figures.is_dir():
-            raise DataError("--figures names a folder, but this is a file", file=figures)
-        _check_folder(figures, figures)
-
-
-def _check_folder(folder: Path, target: Path) -> None:
-    """Refuse a folder that neither can be written to nor be made."""
-    there = folder.absolute()
-    while not there.exists():
-        there = there.parent
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        reason = "may not be written to" if there.is_dir() else "is not a folder"
-        raise DataError(f"cannot be written, as {there} {reason}", file=target)
+    numbers = None if json_file == STANDARD_OUTPUT else json_file
+    check_targets([("--json", numbers), ("--report", report)], [("--figures", figures)], inputs)
 
 
 def _load(

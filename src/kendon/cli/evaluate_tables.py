@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from kendon.cli.tables import print_table
 from kendon.evaluation import wording
 from kendon.evaluation.results import Evaluation
 from kendon.phases import Phase
@@ -25,7 +26,7 @@ def print_tables(evaluation: Evaluation, console: Console) -> None:
     for table in tables:
         if table is not None:
             console.print()
-            console.print(table)
+            print_table(table, console)
 
 
 def _accuracy(evaluation: Evaluation) -> Table:
@@ -102,9 +103,8 @@ def _splits(evaluation: Evaluation) -> Table | None:
 
 
 def _table(title: str) -> Table:
-    # Text, as brackets in a string would be taken for markup: [s].
-    table = Table(title=Text(title), title_justify="left", box=None, pad_edge=False)
-    table.add_column("reader")
+    table = Table(title=title, box=None, pad_edge=False)
+    table.add_column("reader", no_wrap=True)
     return table
 
 

@@ -11,7 +11,8 @@ from rich.progress import Progress
 
 from kendon.cli.experiments_tables import print_encounters, print_readings
 from kendon.cli.options import check_jobs, err, out
-from kendon.errors import DataError, ParameterError
+from kendon.cli.targets import check_targets, folder_name
+from kendon.errors import ParameterError
 from kendon.experiments.encounters import TRUTH, Setting, hold, hold_all
 from kendon.experiments.readings import read, tally
 from kendon.experiments.scenes import OURS, SCENES, THESIS
@@ -44,7 +45,13 @@ def experiments_command(
         int, typer.Option(min=1, max=1000, help="How many bodies act each experiment.")
     ] = BODIES,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Draw timelines or failures into this folder.")
+        Path | None,
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Draw timelines or failures into this folder.",
+        ),
     ] = None,
     closed_loop: Annotated[
         int | None,
@@ -72,8 +79,7 @@ def experiments_command(
     jobs: Annotated[int, typer.Option(help="Processes at work; -1 for one on each core.")] = 1,
 ) -> None:
     """Repeat the thesis's experiments (3.6.4), or hold random encounters in closed loop."""
-    if folder and folder.exists() and not folder.is_dir():
-        raise DataError("--out names a folder, but this is a file", file=folder)
+    check_targets(folders=[("--out", folder)])
     check_jobs(jobs)
     if closed_loop is None:
         _check_unheeded(Setting(seed, robot, sensor, DEFAULT_MODEL, passersby, keys), jobs)

@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from kendon.cli.tables import print_table
 from kendon.experiments.encounters import Setting
 from kendon.experiments.readings import GREETS, Tally
 from kendon.experiments.scenes import ASSUMED
@@ -24,7 +25,7 @@ def print_readings(
 ) -> None:
     """Table 3.8 with a column for each model, by keys and detected, then our experiments."""
     for title, ours in (("Table 3.8: labels read correctly", False), ("Six more of ours", True)):
-        table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+        table = Table(title=title, box=None, pad_edge=False)
         table.add_column("", justify="right")
         table.add_column("experiment")
         table.add_column("labels", justify="right")
@@ -48,7 +49,7 @@ def print_readings(
         sums = (_share(sum(t.mean for t in c), n) for c, n in zip(columns, labels, strict=True))
         table.add_section()
         table.add_row(*total, *sums)
-        console.print(table)
+        print_table(table, console)
         console.print()
     console.print(
         "keys: gestures given by hand, as in the thesis. detected: read off the joints of"
@@ -77,7 +78,7 @@ def print_encounters(verdicts: Sequence[Verdict], setting: Setting, console: Con
         highlight=False,
     )
     console.print()
-    table = Table(title="The robot's answers, as people see them", title_justify="left", box=None,
+    table = Table(title="The robot's answers, as people see them", box=None,
                   pad_edge=False)  # fmt: skip
     for head in ("phase", "shown by", "times", "answered", "delay, median [s]", "95 % [s]"):
         table.add_column(head, justify="left" if head in ("phase", "shown by") else "right")
@@ -89,7 +90,7 @@ def print_encounters(verdicts: Sequence[Verdict], setting: Setting, console: Con
             _row(table, phase.name, kind, [v for v in of_phase if v.shown == kind])
     table.add_section()
     _row(table, "all", "", visits)
-    console.print(table)
+    print_table(table, console)
     console.print()
     for sentence in _sentences(greeters, passers):
         console.print(sentence, highlight=False)

@@ -26,7 +26,10 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.tables import print_table
+from kendon.cli.targets import check_targets
 from kendon.errors import DataError, ParameterError
+from kendon.evaluation.wording import counted
 from kendon.geometry import Vec3
 from kendon.greetings import expand, load_observations
 from kendon.models import Family, Fit, GreetingModel, fit, load_model, save_model
@@ -46,8 +49,8 @@ EPILOG = """
 """
 
 _COLUMNS = (
-    TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(),
-    TextColumn("{task.fields[detail]}"),
+    TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(),
+    TextColumn("{task.fields[detail]}", markup=False),
 )  # fmt: skip
 
 
@@ -137,8 +140,7 @@ def _check_target(target: Path, force: bool) -> None:
     """Refuse, before any work, a file that could not be written or should not be."""
     if target.suffix != ".toml":
         raise DataError("a model file ends in .toml", file=target)
-    if target.is_dir():
-        raise DataError("this is a folder, not a model file", file=target)
+    check_targets([("--out", target)])
     if target.exists() and not force:
         raise DataError("this file is there already; --force overwrites it", file=target)
 
@@ -173,14 +175,15 @@ def _read(
 
 
 def _report(result: Fit, model: GreetingModel) -> None:
-    out.print(_means(model))
+    print_table(_means(model), out)
     if result.assignment is not None:
-        out.print(_names(result))
+        print_table(_names(result), out)
+    rows = f"{counted(result.rows, 'row')} of {counted(result.greetings, 'greeting')}"
     if result.improvement is not None:
         found = result.improvement
         out.print(
-            f"{result.rows} rows of {result.greetings} greetings: the true phases' mean"
-            f" probability went from {math.exp(found.before):.3f} to {math.exp(found.after):.3f}"
+            f"{rows}: the true phases' mean probability went from"
+            f" {math.exp(found.before):.3f} to {math.exp(found.after):.3f}"
             f" a row in {found.iterations} iterations",
             highlight=False,
         )
@@ -191,7 +194,7 @@ def _report(result: Fit, model: GreetingModel) -> None:
     ending = "" if result.converged else ", not converged"
     of = f", the best of {len(result.starts)} starts" if len(result.starts) > 1 else ""
     out.print(
-        f"{result.rows} rows of {result.greetings} greetings:"
+        f"{rows}:"
         f" log-likelihood {result.log_likelihoods[-1]:.2f}"
         f" after {result.iterations} {steps}{ending}{of}",
         highlight=False,
@@ -208,17 +211,17 @@ def _report(result: Fit, model: GreetingModel) -> None:
 def _means(model: GreetingModel) -> Table:
     table = Table(
         title=f"{model.title} ({model.family}; mean ± standard deviation)",
-        title_justify="left", box=None, pad_edge=False,
+        box=None, pad_edge=False, collapse_padding=True,
     )  # fmt: skip
     table.add_column("phase")
     for feature in FEATURES:
         unit = UNITS[feature]
         heading = feature if unit in ("1", "probability") else f"{feature} [{unit}]"
-        table.add_column(Text(heading))  # not markup: brackets would vanish
+        table.add_column(heading, justify="right")
     for phase in Phase:
         means = model.means[phase.index].tolist()
         deviations = (model.variances[phase.index] ** 0.5).tolist()
-        cells = [f"{m:.2f} ± {s:.2f}" for m, s in zip(means, deviations, strict=True)]
+        cells = [f"{m:z.2f}±{s:.2f}" for m, s in zip(means, deviations, strict=True)]
         table.add_row(Text(phase.name, style=phase.color), *cells)
     return table
 
@@ -226,7 +229,7 @@ def _means(model: GreetingModel) -> Table:
 def _names(result: Fit) -> Table:
     table = Table(
         title="States named after the phases they are like",
-        title_justify="left", box=None, pad_edge=False,
+        box=None, pad_edge=False,
     )  # fmt: skip
     for column in ("phase", "difference", "margin", ""):
         table.add_column(column, justify="right" if column in ("difference", "margin") else "left")

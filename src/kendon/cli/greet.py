@@ -29,6 +29,7 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.targets import check_targets, folder_name
 from kendon.cli.viewing import (
     HOST,
     PAGE,
@@ -125,7 +126,12 @@ def greet_command(
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Option("--out", help="Write phases.csv and commands.csv into this folder."),
+        typer.Option(
+            "--out",
+            parser=folder_name,
+            metavar="DIR",
+            help="Write phases.csv and commands.csv into this folder.",
+        ),
     ] = None,
     view: Annotated[
         bool, typer.Option("--view", help="Watch it in a browser.", rich_help_panel=PAGE)
@@ -151,12 +157,10 @@ def greet_command(
         raise ParameterError(f"--speed lies between 0 (as fast as it goes) and 1000, not {speed:g}")
     if figure and figure.suffix.lower() not in PICTURES:
         raise DataError(f"a figure is a {' or '.join(PICTURES)} file", file=figure)
-    if folder and folder.exists() and not folder.is_dir():
-        raise DataError("--out names a folder, but this is a file", file=folder)
-    written = [path for path in (figure, picture, video, record) if path]
+    files = [("--figure", figure), ("--picture", picture), ("--video", video), ("--record", record)]
     if folder:
-        written += [folder / PHASES, folder / COMMANDS]
-    _refuse_to_overwrite(written, [spec, tree, model, robot])
+        files += [("--out", folder / PHASES), ("--out", folder / COMMANDS)]
+    check_targets(files, [("--out", folder)], [spec, tree, model, robot])
     face = None if robot_face is None else point("--robot-face", robot_face)
     if picture or video:
         _check_drawing(robot, picture, video)
@@ -252,13 +256,6 @@ def _draw(encounter: Encounter, robot: Robot, picture: Path | None, video: Path 
                 lambda done, count: bar.update(task, completed=done, total=count),
             )  # fmt: skip
         out.print(f"The film is {video}.", highlight=False)
-
-
-def _refuse_to_overwrite(written: list[Path], read: list[str | Path | None]) -> None:
-    inputs = {Path(name).resolve() for name in read if name and Path(name).is_file()}
-    for path in written:
-        if path.resolve() in inputs:
-            raise ParameterError(f"this would overwrite {path}, which is read; name another place")
 
 
 def _run(

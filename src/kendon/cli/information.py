@@ -10,9 +10,12 @@ from typing import Annotated
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from kendon._version import __version__
 from kendon.cli.options import out
+from kendon.cli.tables import print_table
+from kendon.cli.targets import check_targets
 from kendon.errors import DataError
 from kendon.models import DEFAULT_MODEL, load_model, model_names
 from kendon.robots import DEFAULT_ROBOT, RobotOptions, robot_kinds
@@ -34,7 +37,7 @@ def sources_command() -> None:
         table.add_column(column)
     for name, source in registered_sources().items():
         table.add_row(name, source.reads, f"kendon greet {source.example}")
-    out.print(table)
+    print_table(table, out)
 
 
 def robots_command() -> None:
@@ -46,7 +49,7 @@ def robots_command() -> None:
         gestures = ", ".join(kind.make(RobotOptions()).gestures)
         table.add_row(f"{name}{' (default)' * (name == DEFAULT_ROBOT)}", kind.what, gestures)
     table.add_row("FILE.toml", "any MJCF or URDF model, with its joints named in the file", "")
-    out.print(table)
+    print_table(table, out)
 
 
 def models_command() -> None:
@@ -57,7 +60,7 @@ def models_command() -> None:
     for name in model_names():
         model = load_model(name)
         table.add_row(f"{name}{' (default)' * (name == DEFAULT_MODEL)}", model.title, model.source)
-    out.print(table)
+    print_table(table, out)
 
 
 def trees_command(
@@ -70,6 +73,7 @@ def trees_command(
     if export:
         if export.suffix.lower() != ".xml":
             raise DataError("a file of trees ends in .xml", file=export)
+        check_targets([("--export", export)])
         if export.exists():
             raise DataError("this file exists; name a new one", file=export)
         write_trees(shipped_trees(), export)
@@ -77,15 +81,15 @@ def trees_command(
         return
     table = Table(box=None, pad_edge=False)
     for column in ("node", "what it does", "ports"):
-        table.add_column(column, overflow="fold")
+        table.add_column(column)
     for category in ("Action", "Condition", "Control", "Decorator"):
         table.add_section()
-        table.add_row(f"[bold]{category}[/]")
+        table.add_row(Text(category, style="bold"))
         for node in NODES.values():
             if node.category == category:
                 ports = (_port_words(port) for port in node.ports)
                 table.add_row(node.id, node.doc, ", ".join(ports))
-    out.print(table)
+    print_table(table, out)
 
 
 def _port_words(port: Port) -> str:
@@ -101,10 +105,10 @@ def doctor_command(
     """Tell what is installed, what is missing, and what to do about it."""
     table = Table(box=None, pad_edge=False)
     for column in ("", "what", "state"):
-        table.add_column(column, overflow="fold")
+        table.add_column(column, no_wrap=True)  # so that paths can be copied
 
     def row(fine: bool, what: str, state: str) -> None:
-        table.add_row("[green]✓[/]" if fine else "[yellow]–[/]", what, state)
+        table.add_row(Text("✓", "green") if fine else Text("–", "yellow"), what, state)
 
     row(True, "kendon", __version__)
     row(True, "Python", f"{platform.python_version()} on {platform.system()}")
@@ -115,7 +119,7 @@ def doctor_command(
         missing = [package for module, package in packages.items() if not _installed(module)]
         if missing:
             row(False, f"extra {extra}", f"without {', '.join(missing)}")
-            todo.append(f"for the extra {extra}: pip install 'kendon\\[{extra}]'")
+            todo.append(f"for the extra {extra}: pip install 'kendon[{extra}]'")
         else:
             row(True, f"extra {extra}", "installed")
     for report in model_file_reports(model_files):
@@ -123,7 +127,7 @@ def doctor_command(
         row(ready, f"{report.file.name}", f"{report.state.value}: {report.path}")
         if report.advice:
             todo.append(report.advice)
-    out.print(table)
+    print_table(table, out)
     out.print()
     if todo:
         out.print("To do, if you need it:")

@@ -14,11 +14,14 @@ from kendon.geometry import Vec3
 from kendon.sources import CameraMount, SourceOptions
 from kendon.sources.camera_geometry import MAX_FOV, MIN_FOV
 
-out = Console()
-err = Console(stderr=True)
+# No markup: a file's name or a model's title may hold brackets.
+out = Console(markup=False)
+err = Console(stderr=True, markup=False)
 
 #: No robot carries its face farther from its base [m].
 _FARTHEST_FACE = 10.0
+#: No camera stands farther from the robot's base than what it is to see [m].
+_FARTHEST_CAMERA = 100.0
 
 _READING = "How a source is read"
 
@@ -120,6 +123,11 @@ def source_options(
         low, high = math.degrees(MIN_FOV), math.degrees(MAX_FOV)
         raise ParameterError(f"--fov lies between {low:.0f} and {high:.0f} degrees, not {fov:g}")
     numbers = _numbers("--camera-pose", camera_pose, (3, 5), "X,Y,Z or X,Y,Z,YAW,PITCH")
+    if max(map(abs, numbers[:3])) > _FARTHEST_CAMERA or max(map(abs, numbers[3:]), default=0) > 360:
+        raise ParameterError(
+            f"--camera-pose lies within {_FARTHEST_CAMERA:g} m of the robot's base and turns by at"
+            f" most 360 degrees, not {camera_pose}"
+        )
     yaw, pitch = (math.radians(a) for a in numbers[3:]) if len(numbers) == 5 else (0.0, 0.0)
     return SourceOptions(
         camera=CameraMount((numbers[0], numbers[1], numbers[2]), yaw, pitch),

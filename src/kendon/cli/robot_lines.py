@@ -26,7 +26,7 @@ class RobotLines:
         for command in commands:
             channel, what = CHANNELS[command.kind], describe(command)
             if self._doing.get(channel) != what:
-                out.print(f"  robot  {what}", highlight=False, markup=False)
+                out.print(f"  robot  {what}", highlight=False)
             self._doing[channel] = what
             self._going.append(command)
         for command in [command for command in self._going if not command.running]:

@@ -164,7 +164,7 @@ def _show(told: Told, phases: dict[str, Phase]) -> bool:
     """Print a person's phase when it changes, and when they have gone; whether one was."""
     if told.observation is None:
         if phases.pop(told.name, None):
-            out.print(f"{told.name}  gone", highlight=False, markup=False)
+            out.print(f"{told.name}  gone", highlight=False)
         return False
     if told.belief is None or phases.get(told.name) is told.belief.phase:
         return False

@@ -9,7 +9,7 @@ import typer
 from rich.progress import Progress
 
 from kendon.cli.options import check_jobs, err, out
-from kendon.errors import DataError
+from kendon.cli.targets import check_targets, folder_name
 from kendon.greetings import INDEX, write_greetings
 from kendon.simulation.sets import Seeing, Signs, simulate
 
@@ -23,7 +23,12 @@ EPILOG = """
 
 
 def simulate_command(
-    folder: Annotated[Path, typer.Option("--out", help="The folder to write the set into.")],
+    folder: Annotated[
+        Path,
+        typer.Option(
+            "--out", parser=folder_name, metavar="DIR", help="The folder to write the set into."
+        ),
+    ],
     n: Annotated[int, typer.Option("--n", min=1, help="How many people.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same people.")] = 0,
     seeing: Annotated[
@@ -43,8 +48,7 @@ def simulate_command(
 ) -> None:
     """Draw people who greet, and write what is observed of them."""
     check_jobs(jobs)
-    if folder.exists() and not folder.is_dir():
-        raise DataError("--out names a folder, but this is a file", file=folder)
+    check_targets(folders=[("--out", folder)])
     if (folder / INDEX).exists():
         # write_greetings refuses it too, but only after the work.
         write_greetings(folder, [])

@@ -15,10 +15,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from kendon.errors import DataError
 from kendon.estimate import stretches
 from kendon.evaluation.results import Evaluation, Result
 from kendon.observations import Observations
+from kendon.outputs import whole_file
 from kendon.person import IntArray
 from kendon.phases import PHASE_NAMES, Phase
 
@@ -75,14 +75,11 @@ def _file_names(evaluation: Evaluation) -> list[str]:
 
 def _save(figure: Figure, stem: Path) -> list[Path]:
     files = [stem.with_name(stem.name + ending) for ending in _FORMATS]
-    try:
-        stem.parent.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            # No date: the same evaluation makes the same file.
-            metadata = {"Date": None} if file.suffix == ".svg" else None
-            figure.savefig(file, dpi=160, metadata=metadata)
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=stem.parent) from None
+    for file in files:
+        # No date: the same evaluation makes the same file.
+        metadata = {"Date": None} if file.suffix == ".svg" else None
+        with whole_file(file) as part:
+            figure.savefig(part, dpi=160, metadata=metadata)
     return files
 
 
@@ -106,7 +103,12 @@ def _recall(figure: Figure, evaluation: Evaluation) -> None:
     panels = figure.subplots(1, len(Phase), sharey=True)
     for phase, axes in zip(Phase, panels, strict=True):
         recall = [result.scores.recall[phase.index] for result in evaluation.results]
-        axes.barh([-i for i in range(len(names))], np.nan_to_num(recall), 0.65, color=phase.color)
+        for i, share in enumerate(recall):
+            if np.isfinite(share):
+                axes.barh(-i, share, 0.65, color=phase.color)
+            else:  # the phase never happens: that is no recall of 0
+                axes.text(0.03, -i, "–", va="center", color=_SOFT)
+        axes.set_ylim(-len(names) + 0.4, 0.6)
         axes.set_xlim(0, 1)
         axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
         axes.grid(axis="x", color=_GRID, lw=0.6)

@@ -18,9 +18,9 @@ from kendon._version import __version__
 from kendon.evaluation import drawings, wording
 from kendon.evaluation.results import Evaluation, Result
 from kendon.observations import Observations
+from kendon.outputs import write_text
 from kendon.person import IntArray
 from kendon.phases import Phase
-from kendon.tables import write_text
 
 
 def write_report(evaluation: Evaluation, path: str | Path) -> None:

@@ -19,9 +19,9 @@ from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.models.emissions import Family
 from kendon.models.greeting import GreetingModel
 from kendon.observations import FEATURES
+from kendon.outputs import write_text
 from kendon.person import FloatArray
 from kendon.phases import PHASE_NAMES
-from kendon.tables import write_text
 
 #: The model that `load_model()` gives.
 DEFAULT_MODEL = "trained"

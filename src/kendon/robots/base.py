@@ -57,11 +57,14 @@ class Appearance(NamedTuple):
     expression: tuple[str, float] | None  # on the face, with its intensity; None = it has none
 
     def looks_at(self, point: Vec3) -> float:
-        """The angle between where the face points and a point in the world [rad]."""
+        """The angle between where the face points and a point in the world [rad].
+
+        NaN where the point is unknown.
+        """
         way = [there - here for there, here in zip(point, self.face, strict=True)]
         length = math.hypot(*way) or 1.0
         cosine = sum(a * b for a, b in zip(way, self.gaze, strict=True)) / length
-        return math.acos(min(1.0, max(-1.0, cosine)))
+        return math.acos(min(max(cosine, -1.0), 1.0))  # in this order NaN stays NaN
 
 
 @dataclass(eq=False)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, ClassVar
 
 from kendon.errors import DataError
+from kendon.outputs import make_folder_for
 
 
 class Recording(ABC):
@@ -24,8 +25,7 @@ class Recording(ABC):
         path: of the file.
 
     Raises:
-        DataError: the file has another ending, exists already, or its folder is not there or
-            cannot be written in.
+        DataError: the file has another ending, exists already, or cannot be made.
         MissingExtraError: rosbags is not installed.
     """
 
@@ -37,8 +37,7 @@ class Recording(ABC):
             raise DataError(f"a recording of {self.system} ends in {self.suffix}", file=path)
         if path.exists():
             raise DataError("this recording exists already; name another one", file=path)
-        if not path.parent.is_dir():
-            raise DataError("there is no such folder to record in", file=path.parent)
+        make_folder_for(path)
         self.count = 0  # messages
         self.trouble = ""  # a sentence, when no more can be recorded
         self._path = path

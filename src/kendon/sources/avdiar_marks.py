@@ -116,8 +116,8 @@ def _box(line: str, path: Path, row: int) -> tuple[int, int, FloatArray]:
     if not (width > 0 and height > 0):
         raise DataError(f"a face of {width:g} x {height:g} pixels is none", file=path, row=row)
     marks = np.full((len(FILE_JOINTS), 2), math.nan)
-    # A box may reach past the image's rim; its middle is what counts.
-    marks[FILE_JOINTS.index(_BOX_JOINT)] = max(0.0, x + width / 2), max(0.0, y + height / 2)
+    # A box may reach past the image's rim; its middle is what counts. In this order NaN stays NaN.
+    marks[FILE_JOINTS.index(_BOX_JOINT)] = max(x + width / 2, 0.0), max(y + height / 2, 0.0)
     _check_pixels(marks, path, row)
     return frame, person, marks
 

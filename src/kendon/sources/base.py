@@ -13,7 +13,7 @@ from kendon.errors import DataError, ParameterError, UnknownNameError
 from kendon.geometry import Vec3
 from kendon.person import PersonFrame, Track
 from kendon.robots.base import Robot
-from kendon.tables import is_observations
+from kendon.tables import is_observations, peek_header, read_table
 
 
 @dataclass(frozen=True)
@@ -174,10 +174,26 @@ def find_source(spec: str | Path, *, name: str | None = None) -> type[Source]:
             file=path,
         )
     raise DataError(
-        f"no source recognises this file; there are {', '.join(_REGISTER)}, and `kendon sources`"
-        " tells what each of them reads",
+        f"no source recognises this file{_reason(path)}; there are {', '.join(_REGISTER)}, and"
+        " `kendon sources` tells what each of them reads",
         file=path,
     )
+
+
+def _reason(path: Path) -> str:
+    """What can be told of a file that no source recognises, to stand after a colon."""
+    if path.is_file() and not path.stat().st_size:
+        return ": it is empty"
+    if path.suffix.lower() != ".csv":
+        return ""
+    header = peek_header(path)
+    if len(header) == 1 and ";" in header[0]:
+        return ": its cells are separated by semicolons, where kendon reads commas"
+    try:
+        columns = read_table(path).columns
+    except DataError as error:  # torn, or not in UTF-8
+        return f": {str(error).removeprefix(str(path)).lstrip(':, ')}"
+    return f": its columns are {', '.join(name[:20] for name in columns[:8])}"
 
 
 def recordings(spec: str | Path) -> list[str]:

@@ -124,6 +124,8 @@ def _check(camera: Intrinsics, path: Path) -> None:
 
 def _open(path: Path) -> Any:
     cv2 = import_cv2("reading a calibration")
+    if path.is_dir():
+        raise DataError("this calibration cannot be read, as it is a folder", file=path)
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -12,6 +12,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
 from kendon.errors import TreeError
+from kendon.outputs import write_text
 from kendon.trees import nodes as _nodes  # noqa: F401  fills the registry
 from kendon.trees.library import NodeSpec, TreeLibrary, check
 from kendon.trees.ports import PORT_TYPES, key_of
@@ -245,15 +246,11 @@ def write_trees(library: TreeLibrary, path: str | Path) -> None:
     """Write the library to a file as `format_trees` formats it.
 
     Raises:
-        TreeError: the library does not pass `check`, or the file cannot be written.
+        TreeError: the library does not pass `check`.
+        DataError: the file cannot be written.
     """
     text = format_trees(library)
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise TreeError(
-            f"{path}: the tree file cannot be written: {error.strerror or error}"
-        ) from None
+    write_text(path, text)
 
 
 def _format_node(node: NodeSpec, indent: str) -> list[str]:

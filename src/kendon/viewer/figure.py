@@ -16,6 +16,7 @@ from matplotlib.patches import Circle, Patch
 from kendon.errors import DataError
 from kendon.estimate import stretches
 from kendon.observations import FEATURES, Observations
+from kendon.outputs import whole_file
 from kendon.person import FloatArray
 from kendon.phases import Phase
 
@@ -72,13 +73,11 @@ def save_figure(figure: Figure, path: Path) -> None:
     Raises:
         DataError: the file cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=110)
-    except ValueError as error:
-        raise DataError(str(error), file=path) from None
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+    with whole_file(path) as part:
+        try:
+            figure.savefig(part, dpi=110)
+        except ValueError as error:  # of the ending
+            raise DataError(str(error), file=path) from None
 
 
 def draw_belief(axes: Axes, t: FloatArray, probabilities: FloatArray) -> None:

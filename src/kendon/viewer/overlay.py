@@ -7,7 +7,7 @@ distance, and where it looks. Beside it: the newest observation and the belief a
 from __future__ import annotations
 
 import math
-import os
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -25,6 +25,7 @@ from kendon.features.gaze import (
 )
 from kendon.geometry import Vec3
 from kendon.observations import FEATURES, UNITS
+from kendon.outputs import check_file, whole_file
 from kendon.person import FloatArray, PersonFrame
 from kendon.phases import Phase
 from kendon.sources.camera_geometry import import_cv2
@@ -72,14 +73,14 @@ class OverlayVideo:
         robot_face: the robot's face in its base frame [m].
 
     Raises:
-        DataError: the ending is another, or there is no such folder.
+        DataError: the ending is another, or the file cannot be written.
     """
 
     def __init__(self, path: Path, rate: float, robot_face: Vec3 = ROBOT_FACE) -> None:
         check_overlay(path)
         self._cv2 = import_cv2("drawing an overlay")
         self._path = path
-        self._part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+        self._opened = ExitStack()
         self._rate = rate if math.isfinite(rate) else _RATE
         self._face = robot_face
         self._writer: Any = None
@@ -108,18 +109,19 @@ class OverlayVideo:
     def _open(self, image: ByteImage) -> None:
         self._size = (image.shape[1], image.shape[0])
         codec = CODECS[self._path.suffix.lower()]
+        part = self._opened.enter_context(whole_file(self._path))
         with quiet_stderr():
             writer = self._cv2.VideoWriter(
-                str(self._part), self._cv2.VideoWriter.fourcc(*codec), self._rate, self._size
+                str(part), self._cv2.VideoWriter.fourcc(*codec), self._rate, self._size
             )
         if not writer.isOpened():
-            self._part.unlink(missing_ok=True)
             other = " or name an .avi instead" if codec != "MJPG" else ""
             raise DataError(
                 f"this video cannot be written (codec {codec}, {self._size[0]} x {self._size[1]}"
                 f" pixels); check that the folder can be written to{other}",
                 file=self._path,
             )
+        self._opened.callback(writer.release)
         self._writer = writer
 
     def __enter__(self) -> OverlayVideo:
@@ -131,25 +133,18 @@ class OverlayVideo:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._writer is None:
-            return
-        self._writer.release()
-        if kind is None:
-            self._part.replace(self._path)
-        else:
-            self._part.unlink(missing_ok=True)
+        self._opened.__exit__(kind, error, trace)
 
 
 def check_overlay(path: Path) -> None:
     """Refuse a video that cannot be written.
 
     Raises:
-        DataError: the ending is another than those of `CODECS`, or there is no such folder.
+        DataError: the ending is another than those of `CODECS`, or the file cannot be written.
     """
     if path.suffix.lower() not in CODECS:
         raise DataError(f"an overlay is an {' or '.join(CODECS)} file", file=path)
-    if not path.parent.is_dir():
-        raise DataError(f"there is no folder {path.parent} to write this video into", file=path)
+    check_file(path)
 
 
 def draw_overlay(watched: WatchedFrame, robot_face: Vec3 = ROBOT_FACE) -> ByteImage:

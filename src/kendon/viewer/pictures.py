@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from matplotlib.image import imsave
 
 from kendon.errors import DataError, MissingExtraError
 from kendon.greeter import Encounter
+from kendon.outputs import whole_file
 from kendon.phases import Phase
 from kendon.robots.mujoco import MujocoRobot
+from kendon.sources.quiet import quiet_stderr
 from kendon.viewer.mannequin import shapes
 from kendon.viewer.scenes import Instant, Scenes
 from kendon.viewer.stage import Image, Stage
@@ -100,26 +103,19 @@ def write_film(
     """
     cv2 = require_film(path)
     instants = Scenes(encounter, robot).film(FILM_RATE)
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
-    _make_folder(path)
-    painter = Painter(robot, FILM_SIZE)
     code = cv2.VideoWriter_fourcc(*FILMS[path.suffix.lower()])
-    film = cv2.VideoWriter(str(partial), code, FILM_RATE, FILM_SIZE)
-    try:
-        if not film.isOpened():
-            raise DataError("no film can be written here", file=path)
-        for done, instant in enumerate(instants, 1):
-            film.write(painter.paint(instant)[:, :, ::-1])
-            if progress:
-                progress(done, len(instants))
-        film.release()
-        partial.replace(path)
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
-    finally:
-        film.release()
-        painter.close()
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as part, closing(Painter(robot, FILM_SIZE)) as painter:
+        with quiet_stderr():
+            film = cv2.VideoWriter(str(part), code, FILM_RATE, FILM_SIZE)
+        try:
+            if not film.isOpened():
+                raise DataError("no film can be written here", file=path)
+            for done, instant in enumerate(instants, 1):
+                film.write(painter.paint(instant)[:, :, ::-1])
+                if progress:
+                    progress(done, len(instants))
+        finally:
+            film.release()
 
 
 def require_film(path: Path) -> Any:
@@ -151,7 +147,6 @@ def write_picture(encounter: Encounter, robot: MujocoRobot, path: Path) -> None:
         RendererError: nothing is installed to draw with.
     """
     instants = Scenes(encounter, robot).highlights()
-    _make_folder(path)
     painter = Painter(robot, _SHEET_SIZE)
     try:
         images = [painter.paint(instant) for instant in instants]
@@ -166,17 +161,8 @@ def write_picture(encounter: Encounter, robot: MujocoRobot, path: Path) -> None:
     for i, image in enumerate(images):
         top, left = (i // _COLUMNS) * (height + gap), (i % _COLUMNS) * (width + gap)
         sheet[top : top + height, left : left + width] = image
-    try:
-        imsave(path, sheet)
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+    with whole_file(path) as part:
+        imsave(part, sheet)
 
 
 # ---- captions

@@ -11,6 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from kendon.errors import DataError
+from kendon.outputs import check_file, write_text
 from kendon.viewer.browser.cameras import FOV, overview
 from kendon.viewer.browser.charts import draw_charts, plot_box
 from kendon.viewer.browser.panels import log_rows, phase_card, tree_view
@@ -67,33 +68,18 @@ def write_replay(stage: Stage, path: str | Path) -> None:
     Raises:
         DataError: the file cannot be written, or nothing has happened yet.
     """
-    path = Path(path)
-    text = replay_page(stage)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+    write_text(path, replay_page(stage))
 
 
 def check_replay(path: Path) -> None:
     """Refuse a file that a replay could not be written to, before anything runs.
 
     Raises:
-        DataError: its name is no page's, or its folder cannot be written to.
+        DataError: its name is no page's, or it cannot be written.
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise DataError("a replay is a .html file", file=path)
-    if path.is_dir():
-        raise DataError("a replay is written into a file, but this is a folder", file=path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8"):
-            pass
-        if path.stat().st_size == 0:
-            path.unlink()
-    except OSError as error:
-        raise DataError(f"cannot be written ({error.strerror})", file=path) from None
+    check_file(path)
 
 
 class _Distinct:
