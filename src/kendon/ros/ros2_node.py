@@ -33,7 +33,7 @@ from kendon.ros.ros2_types import (
     TRANSFORMS,
     header_fields,
 )
-from kendon.sources.bag_people import BagOptions
+from kendon.sources.bag_people import BagOptions, listed
 from kendon.sources.live_people import PATIENCE, HeardFrame
 from kendon.trees import GreetingTree
 
@@ -146,7 +146,7 @@ class Ros2Node:
             )
         if unplaced := self.reader.people.unplaced():
             return f"{where}: {unplaced}"
-        heard = ", ".join(sorted(map(self.transport.called, self._heard)))
+        heard = listed(sorted(map(self.transport.called, self._heard)))
         return f"nobody is there yet; heard are {heard} {where}"
 
     def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:

@@ -344,7 +344,7 @@ class PeopleReading:
             reason += f" (stamped from {_seconds(stamps)} s)"
         else:
             reason = f"has no place in {' or '.join(WORLDS)}"
-        notes.append(f"{self._base} {reason}: the robot is taken to stand still.")
+        notes.append(f"The frame {self._base} {reason}: the robot is taken to stand still.")
         return None
 
     def why_unknown(self, frame: str, stamps: IntArray) -> str:
