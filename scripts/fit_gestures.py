@@ -50,6 +50,9 @@ PRIORS = {
 STIR = 0.5
 #: Nor is so long after a movement, while it is still in the evidence [s].
 AFTER = 0.1
+#: What is told by going and coming back; so long after its end it is plainly to be seen, and so
+#: long there are traces of it [s].
+BEATS, LASTING, FADING = ("nod", "toss"), 0.3, 0.8
 #: How strongly a weight is drawn to `USUAL`, as the evidence is written for a weight below 1.
 PULL, USUAL = 0.005, 0.6
 
@@ -62,7 +65,18 @@ def blur(track: Track, rng: np.random.Generator) -> Track:
 
 
 def shown(movement: Movement, t: float) -> float:
-    """1 while a movement is performed, 0 before and after, NaN in its first and last stir."""
+    """1 while a movement is performed, 0 before and after, NaN in its first and last stir.
+
+    A nod or a toss can be told from a look down or up once the head has come back: until that, and
+    a while after what shows it, it is neither.
+    """
+    if movement.kind in BEATS:
+        first = movement.begin + (
+            2 * movement.rise if movement.kind == "nod" else movement.duration - movement.fall / 2
+        )
+        if first <= t < movement.end + LASTING:
+            return 1.0
+        return math.nan if movement.begin <= t < movement.end + FADING else 0.0
     if not movement.begin <= t < movement.end + AFTER:
         return 0.0
     begins = movement.begin + STIR * movement.rise

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from kendon.errors import ParameterError
 from kendon.geometry import Pose2D, Vec3
-from kendon.person import PersonFrame, Track
+from kendon.person import LateJoints, PersonFrame, Track
 
 DEGREES = math.pi / 180
 
@@ -94,6 +94,22 @@ def test_unknown_stays_unknown(there: Pose2D) -> None:
     assert seen.eyes is None
     assert seen.eye_gaze is None
     assert seen.joints == {}
+
+
+def test_joints_are_worked_out_once_and_not_before_somebody_looks() -> None:
+    places = {"l_wrist": (1.0, 2.0, 0.9)}
+    looks: list[str] = []
+
+    def work_out() -> dict[str, Vec3]:
+        looks.append("looked")
+        return places
+
+    joints = LateJoints(places, work_out)
+    assert (len(joints), list(joints), bool(joints), looks) == (1, ["l_wrist"], True, [])
+    assert joints == places
+    assert repr(joints) == repr(places)
+    assert (joints["l_wrist"], joints.get("r_wrist")) == ((1.0, 2.0, 0.9), None)
+    assert looks == ["looked"]
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, ItemsView, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,44 @@ JOINTS: tuple[str, ...] = tuple(
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
 #: The phases that press those keys, in the same order.
 _KEYED = np.array([Phase.DS.value, Phase.CS.value, Phase.HD.value])
+
+
+class LateJoints(Mapping[str, Vec3]):
+    """The joints of a frame, worked out when somebody looks at them.
+
+    Most frames' joints are looked at by nobody, and they cost more than all the rest.
+
+    Args:
+        names: of the joints.
+        work_out: gives the joints by these names [m].
+    """
+
+    __slots__ = ("_joints", "_names", "_work_out")
+
+    def __init__(self, names: Collection[str], work_out: Callable[[], Mapping[str, Vec3]]) -> None:
+        self._names, self._work_out = names, work_out
+        self._joints: Mapping[str, Vec3] | None = None
+
+    def _worked_out(self) -> Mapping[str, Vec3]:
+        if self._joints is None:
+            self._joints = self._work_out()
+        return self._joints
+
+    def __getitem__(self, name: str) -> Vec3:
+        return self._worked_out()[name]
+
+    def items(self) -> ItemsView[str, Vec3]:
+        """The joints by their names [m]."""
+        return self._worked_out().items()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return repr(self._worked_out())
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +127,8 @@ class PersonFrame:
             compose(yaw_quaternion(turn), self.head_rotation),
             self.eyes and (move(self.eyes[0]), move(self.eyes[1])),
             self.eye_gaze and (rotate(self.eye_gaze[0]), rotate(self.eye_gaze[1])),
-            {
-                name: (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
-                for name, (x, y, z) in self.joints.items()
-            },
+            self.joints
+            and LateJoints(self.joints, partial(_moved, self.joints, c, s, shift_x, shift_y)),
             self.smile,
             self.dsal,
             self.csal,
@@ -99,6 +136,16 @@ class PersonFrame:
             robot,
             self.who,
         )
+
+
+def _moved(
+    joints: Mapping[str, Vec3], c: float, s: float, shift_x: float, shift_y: float
+) -> dict[str, Vec3]:
+    """Joints turned in the ground plane, by cosine and sine, and shifted [m]."""
+    return {
+        name: (shift_x + c * x - s * y, shift_y + s * x + c * y, z)
+        for name, (x, y, z) in joints.items()
+    }
 
 
 @dataclass(frozen=True, eq=False)

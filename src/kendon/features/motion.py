@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from itertools import combinations
 
 from kendon.features.proxemics import closing_speed
 
@@ -141,9 +142,13 @@ def _ends_of_line(
 
     Siegel's repeated medians (1982): right as long as fewer than half of the positions are wild.
     """
-    points = list(zip(t, x, strict=True))
-    slope = _middle([_middle([(b - a) / (s - r) for s, b in points if s != r]) for r, a in points])
-    now = _middle([a + slope * (end - r) for r, a in points])
+    slopes: list[list[float]] = [[] for _ in t]  # from each point to the others
+    for (r, a, ones), (s, b, others) in combinations(zip(t, x, slopes, strict=True), 2):
+        slope = (b - a) / (s - r)
+        ones.append(slope)
+        others.append(slope)
+    slope = _middle([_middle(of_point) for of_point in slopes])
+    now = _middle([a + slope * (end - r) for r, a in zip(t, x, strict=True)])
     return now, now - slope * period
 
 

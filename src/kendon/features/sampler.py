@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 from kendon.errors import ParameterError
@@ -23,7 +23,7 @@ from kendon.features.gaze import blend, gaze_of_eyes, gaze_of_head
 from kendon.features.gestures import GestureDetector
 from kendon.features.gestures.series import KEPT
 from kendon.features.motion import Walk, median
-from kendon.geometry import Quaternion, Vec3
+from kendon.geometry import Vec3
 from kendon.observations import Observation
 from kendon.person import PersonFrame
 from kendon.tracks import MAX_GAP
@@ -46,8 +46,6 @@ SPACINGS = 9
 #: How far back the detector looks [s], in frames it has kept.
 _READ = 2 * KEPT
 
-#: One frame's stamp, face, its rotation, and joints.
-_Body = tuple[float, Vec3, Quaternion, Mapping[str, Vec3]]
 #: One frame's distance, gaze, smile and three gestures.
 _Values = tuple[float, float, float, float, float, float]
 
@@ -88,7 +86,7 @@ class Sampler:
         self._detector = GestureDetector()
         #: Frames the detector has not been shown: it costs as much as all the rest, and is not
         #: asked while the gestures are given by hand.
-        self._unread: deque[_Body] = deque()
+        self._unread: deque[PersonFrame] = deque()
 
     def push(self, frame: PersonFrame) -> list[Observation]:
         """Take in a frame; return the observations whose intervals ended before it.
@@ -104,10 +102,7 @@ class Sampler:
         done = self._until(t, TOLERANCE)
         if frame.seen and frame.who != self._who:
             self._meet(frame.who)
-        self._take_in(
-            t, frame.head, frame.head_rotation, frame.eyes, frame.eye_gaze, frame.smile,
-            frame.dsal, frame.csal, frame.hdip, frame.robot, frame.joints,
-        )  # fmt: skip
+        self._take_in(frame)
         return done
 
     def advance(self, t: float) -> list[Observation]:
@@ -139,45 +134,30 @@ class Sampler:
         self._detector.clear()
         self._unread.clear()
 
-    def _take_in(
-        self,
-        t: float,
-        head: Vec3,
-        rotation: Quaternion,
-        eyes: tuple[Vec3, Vec3] | None,
-        eye_gaze: tuple[Vec3, Vec3] | None,
-        smile: float,
-        dsal: float,
-        csal: float,
-        hdip: float,
-        robot: tuple[float, float, float],
-        joints: Mapping[str, Vec3],
-    ) -> None:
+    def _take_in(self, frame: PersonFrame) -> None:
+        t, head = frame.t, frame.head
         if self._start != self._start:  # NaN: the first frame of a grid
             self._start = t
             self.next_end = t + self.period
         self._last = t
         self._stamps.append(t)
 
-        x, y, _ = head
-        way = math.sqrt(x * x + y * y)
-        gaze = gaze_of_head(head, rotation, self._face)
-        if eyes and eye_gaze:
-            gaze = blend(gaze_of_eyes(eyes, eye_gaze, self._face), gaze, way)
+        way = math.sqrt(head[0] * head[0] + head[1] * head[1])
+        gaze = gaze_of_head(head, frame.head_rotation, self._face)
+        if frame.eyes and frame.eye_gaze:
+            gaze = blend(gaze_of_eyes(frame.eyes, frame.eye_gaze, self._face), gaze, way)
         if not self._frames:
             self._since = t
-        values = (way, gaze, smile, dsal, csal, hdip)
+        values = (way, gaze, frame.smile, frame.dsal, frame.csal, frame.hdip)
         self._frames.append(values)
 
-        robot_x, robot_y, yaw = robot
-        c, s = math.cos(yaw), math.sin(yaw)
-        world_x, world_y = robot_x + c * x - s * y, robot_y + s * x + c * y
-        placed = math.isfinite(world_x + world_y)
+        x, y, _ = frame.robot.to_world(head)
+        placed = math.isfinite(x + y)
         if placed:
-            self._walk.add(t, world_x, world_y, (robot_x, robot_y))
+            self._walk.add(t, x, y, frame.robot[:2])
             self._placed = True
         self._newest = values, placed
-        self._unread.append((t, head, rotation, joints))
+        self._unread.append(frame)
 
     def _close(self) -> Observation:
         """The observation of the interval being filled, which ends; the next one begins."""
@@ -204,11 +184,11 @@ class Sampler:
         """The gestures given by hand, completed by what the detector sees."""
         unread = self._unread
         if not any(map(math.isnan, given)):
-            while unread and unread[0][0] < end - _READ:
+            while unread and unread[0].t < end - _READ:
                 unread.popleft()
             return given
         for frame in unread:
-            self._detector.add(*frame)
+            self._detector.add(frame.t, frame.head, frame.head_rotation, frame.joints)
         unread.clear()
         return self._detector.complete(given, end, since, way)
 

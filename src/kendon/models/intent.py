@@ -106,9 +106,7 @@ class Intent:
         n = len(places)
         if n < 3 or places[-1][0] - places[0][0] < 0.3:
             return None
-        mean_t = sum(p[0] for p in places) / n
-        mean_x = sum(p[1] for p in places) / n
-        mean_y = sum(p[2] for p in places) / n
+        mean_t, mean_x, mean_y = (sum(column) / n for column in zip(*places, strict=True))
         square = cross_x = cross_y = 0.0
         for t, x, y in places:
             off = t - mean_t

@@ -352,5 +352,5 @@ class Robot(ABC):
 
 
 def _require_finite(what: str, *values: float) -> None:
-    if not all(math.isfinite(v) for v in values):
+    if not all(map(math.isfinite, values)):
         raise ParameterError(f"{what} needs finite numbers, not {tuple(values)}")

@@ -77,7 +77,11 @@ class Actor:
         self._yaw, self._pitch = start.yaw, 0.0  # [rad], of the head
         self._legs = 0.0  # [m/s], the speed that the legs walk at
         self._steps = 0.0
-        self._wander = self._rng.uniform(0, 2 * math.pi, 2)  # [rad], of a head never quite still
+        self._wander = self._rng.uniform(0, 2 * math.pi, 2).tolist()  # [rad]; heads are never still
+        # The share of a difference that each makes up for in a frame's time, exponentially.
+        self._legs_follow, self._head_follows, self._face_follows = (
+            -math.expm1(-1 / (rate * seconds)) for seconds in (_LEGS, _HEAD, _FACE)
+        )
 
     @property
     def place(self) -> tuple[float, float]:
@@ -186,9 +190,13 @@ class Actor:
         self._walk(dt)
         self._turn_body(dt)
         self._turn_head(dt)
-        self.smiling += (self._smile - self.smiling) * self._follow(_FACE)
-        self._legs += (self.walking_at - self._legs) * self._follow(_LEGS)
+        self.smiling += (self._smile - self.smiling) * self._face_follows
+        self._legs += (self.walking_at - self._legs) * self._legs_follow
         self._steps += self.body.steps_per_second(self._legs) * dt
+        return self.frame()
+
+    def frame(self) -> PersonFrame:
+        """The person now, in the world."""
         ahead = self.body.face[0]
         shown = move_now(
             self.body, self.t, self.x - ahead * math.cos(self.heading),
@@ -198,10 +206,6 @@ class Actor:
         return PersonFrame(
             self.t, shown.head, shown.head_rotation, joints=shown.joints, smile=self.smiling
         )
-
-    def _follow(self, seconds: float) -> float:
-        """The share of a difference that is made up for in a frame's time, exponentially."""
-        return -math.expm1(-1 / (self.rate * seconds))
 
     def _walk(self, dt: float) -> None:
         """Toward the goal, no faster than one can still stop there."""
@@ -258,7 +262,7 @@ class Actor:
         a, b = self._wander
         yaw += 0.05 * math.sin(2.9 * self.t + a) + 0.04 * math.sin(5.3 * self.t + b)
         pitch += 0.04 * math.sin(3.7 * self.t + b)
-        follow, most = self._follow(_HEAD), HEAD_RATE * dt
+        follow, most = self._head_follows, HEAD_RATE * dt
         turn = wrap_angle(yaw - self._yaw) * follow
         self._yaw = wrap_angle(self._yaw + min(max(turn, -most), most))
         nod = (min(max(pitch, -_MOST_PITCHED), _MOST_PITCHED) - self._pitch) * follow

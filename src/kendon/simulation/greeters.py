@@ -24,6 +24,8 @@ from kendon.simulation.walk import Walk
 
 #: Frames a second.
 RATE = 30.0
+#: How many people smile whatever they do; ours.
+_SMILERS = 0.05
 #: In which phases, by their numbers, people smile.
 _SMILING = np.isin(np.arange(7), (Phase.DS, Phase.FA, Phase.CS))
 #: Where the robot's face is that people look at [m].
@@ -116,7 +118,12 @@ def draw_greeter(rng: np.random.Generator) -> Greeter:
         stares=bool(rng.random() < 0.35),
         aversion=float(rng.uniform(0.45, 1.0)),
         downward=bool(rng.random() < 0.5),
-        calm_smile=clip(rng.normal(0.9, 0.25), 0.2, 1.6),
+        # Some smile all the time, as in the thesis's fifth experiment.
+        calm_smile=(
+            float(rng.uniform(1.5, 4.0))
+            if rng.random() < _SMILERS
+            else clip(rng.normal(0.9, 0.25), 0.2, 1.6)
+        ),
         # 3.4: 8 of 70 do not smile in the final approach.
         smile=clip(rng.normal(2.1, 0.35), 1.0, 4.0) if rng.random() > 8 / 70 else 1.0,
     )

@@ -134,15 +134,14 @@ def lasting(movement: Movement, seconds: float) -> Movement:
 def shown(movement: Movement, begin: float, seconds: float = math.nan) -> Movement:
     """The same movement, plainly shown from a time on [s], for so long, or for its own time.
 
-    Who watches sees a hand's salutation begin and end when the arm is on its way, about half
-    raised; a head's or a trunk's as soon as it moves.
+    Who watches sees a salutation begin and end when it is on its way: the arm half raised, the
+    head or the trunk half bent.
     """
-    if not movement.hands:
-        return replace(lasting(movement, seconds) if seconds == seconds else movement, begin=begin)
-    early, late = movement.rise / 2, movement.fall / 2
     if seconds == seconds:
-        movement = lasting(movement, early + seconds + late)
-    return replace(movement, begin=begin - early)
+        ways = (movement.rise + movement.fall) / 2
+        # A head that has little time is half bent for half of it.
+        movement = lasting(movement, seconds + (ways if movement.hands else min(ways, seconds)))
+    return replace(movement, begin=begin - movement.rise / 2)
 
 
 def _other(hand: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, ItemsView, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -12,9 +12,9 @@ import numpy as np
 from kendon.errors import ParameterError
 from kendon.features.gaze import RIM
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
-from kendon.person import JOINTS, PersonFrame
+from kendon.person import JOINTS, LateJoints, PersonFrame
 from kendon.phases import Phase
-from kendon.simulation.body import FACE_HEIGHT, draw_body
+from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.limbs import min_jerk
 from kendon.simulation.motion import Instant, looking_along, move_now
 from kendon.simulation.movements import Movement, draw_movement, shown
@@ -36,8 +36,8 @@ class SimulatedPerson:
     beforehand but read anew at each station: the stop distance away from the robot. A person
     who cannot catch up with a robot that runs away gives up after `PATIENCE`.
 
-    The person has a body that moves as each act says: a hand is on its way before, so that it is
-    half raised when the act begins, as far as it can be told when that will be. With keys the
+    The person has a body that moves as each act says: a movement is on its way before, so that it
+    is half made when the act begins, as far as it can be told when that will be. With keys the
     head stays on the rails of Algorithm 2, pointing where each act's gaze says, and the gestures
     are given by hand as in the thesis (3.3.5). Without, the head sways, turns and dips as heads
     do, and the gestures are left to detectors.
@@ -75,17 +75,25 @@ class SimulatedPerson:
         self._body = draw_body(self._rng, stature=script.height / FACE_HEIGHT)
         self._legs_speed = 0.0  # [m/s], of walking, as smooth as legs are
         self._steps = 0.0  # walked so far
-        self._movements: list[Movement] = []
+        self._legs_follow = -math.expm1(-1 / (rate * _LEGS))  # of a difference, in a frame's time
+        self._movements: tuple[Movement, ...] = ()
+        self._half_made = 0.0  # [s], when the newest movement is
+        self._plain = 0.0  # [s], when the act is plainly shown
         self._gap = math.nan  # [m] to the robot, at the last station
         first = self._draw(0)
         if first:
-            self._movements.append(first)
+            self._movements = (first,)
         self._coming = self._draw(1)  # what the next act plays, if it began at 0 s
 
     @property
     def phase(self) -> Phase:
-        """The phase the person is in."""
-        return self.script.acts[self._act].phase
+        """The phase the person is in.
+
+        One that a movement shows begins when that is half made, however little time there was
+        to get ready for it. Keys are pressed as the script says.
+        """
+        late = not self.keys and self.t < self._plain - 1 / self.rate
+        return self.script.acts[self._act - late].phase
 
     def frame(self, robot: Pose2D = ORIGIN, face: Vec3 = (0.0, 0.0, 1.2)) -> PersonFrame:
         """The person now, seen from a robot.
@@ -99,11 +107,12 @@ class SimulatedPerson:
         if self.keys:
             # The head runs on rails, and the body hangs under it where somebody looks at it.
             head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
-            joints = _Joints(self._moving((x, y), rotation), head)
-            dsal, csal, hdip = (float(act.phase is p) for p in (Phase.DS, Phase.CS, Phase.HD))
+            joints = LateJoints(JOINTS, partial(_hung, self._moving((x, y), rotation), head))
+            phase = act.phase
             return PersonFrame(
-                self.t, head, rotation, joints=joints, smile=act.smile, dsal=dsal, csal=csal,
-                hdip=hdip, robot=robot,
+                self.t, head, rotation, joints=joints, smile=act.smile,
+                dsal=float(phase is Phase.DS), csal=float(phase is Phase.CS),
+                hdip=float(phase is Phase.HD), robot=robot,
             )  # fmt: skip
         look = looking_along(*self._turning_look(self._act, (x, y, z), face))
         shown = self._moving((x, y), look)()
@@ -139,6 +148,7 @@ class SimulatedPerson:
             self._begun.append(self.t)
             self._nearest, self._came_nearer = math.inf, self.t
             self._begin_movement()
+            self._plain = self._half_made if self.script.acts[act].plays else self.t
             self._coming = self._draw(act + 1)
 
     def _draw(self, act: int) -> Movement | None:
@@ -164,25 +174,22 @@ class SimulatedPerson:
 
     def _begin_movement(self) -> None:
         """Begin what is coming; a movement that is not over goes on beside it."""
-        self._movements = [m for m in self._movements if m.end > self.t]
+        self._movements = tuple(m for m in self._movements if m.end > self.t)
         if self._coming:
-            self._movements.append(replace(self._coming, begin=self.t))
+            self._movements += (replace(self._coming, begin=self.t),)
+            self._half_made = self.t - self._coming.begin
             self._coming = None
 
     def _swing(self, speed: float) -> None:
         """Let the legs follow the person's speed."""
-        self._legs_speed += (speed - self._legs_speed) * -math.expm1(-1 / (self.rate * _LEGS))
+        self._legs_speed += (speed - self._legs_speed) * self._legs_follow
         self._steps += self._body.steps_per_second(self._legs_speed) / self.rate
 
     def _moving(self, place: tuple[float, float], look: Quaternion) -> Callable[[], Instant]:
         """How the body is now, seen at a place by a robot that it faces [m]; to be worked out."""
-        x, y = place
-        heading, way = math.atan2(-y, -x), math.hypot(x, y)
-        # The pelvis is behind the face.
-        behind = 1 + self._body.face[0] / way if way > 0 else 1.0
         return partial(
-            move_now, self._body, self.t, behind * x, behind * y, heading, look,
-            self._legs_speed, self._steps, tuple(self._movements),
+            _facing, self._body, self.t, place, look, self._legs_speed, self._steps,
+            self._movements,
         )  # fmt: skip
 
     def _lose_patience(self, distance: float) -> None:
@@ -221,37 +228,23 @@ class SimulatedPerson:
         return self.script.acts[act]
 
 
-class _Joints(Mapping[str, Vec3]):
-    """The joints of a body under a given head, worked out when somebody looks at them.
+def _facing(
+    body: Body, t: float, place: tuple[float, float], look: Quaternion, speed: float, steps: float,
+    movements: tuple[Movement, ...],
+) -> Instant:  # fmt: skip
+    """A body whose face is at a place and that faces the origin [m]; the rest as in `move_now`."""
+    x, y = place
+    heading, way = math.atan2(-y, -x), math.hypot(x, y)
+    # The pelvis is behind the face.
+    behind = 1 + body.face[0] / way if way > 0 else 1.0
+    return move_now(body, t, behind * x, behind * y, heading, look, speed, steps, movements)
 
-    With keys most frames' joints are looked at by nobody, and they cost more than all the rest.
-    """
 
-    __slots__ = ("_head", "_joints", "_moving")
-
-    def __init__(self, moving: Callable[[], Instant], head: Vec3) -> None:
-        self._moving, self._head = moving, head
-        self._joints: dict[str, Vec3] | None = None
-
-    def _worked_out(self) -> dict[str, Vec3]:
-        if self._joints is None:
-            shown = self._moving()
-            dx, dy, dz = (there - here for there, here in zip(self._head, shown.head, strict=True))
-            self._joints = {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
-        return self._joints
-
-    def __getitem__(self, name: str) -> Vec3:
-        return self._worked_out()[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._worked_out())
-
-    def __len__(self) -> int:
-        return len(JOINTS)
-
-    def items(self) -> ItemsView[str, Vec3]:
-        """The joints by their names [m]."""
-        return self._worked_out().items()
+def _hung(moving: Callable[[], Instant], head: Vec3) -> dict[str, Vec3]:
+    """The joints of a body, hung under a given head [m]."""
+    shown = moving()
+    dx, dy, dz = (there - here for there, here in zip(head, shown.head, strict=True))
+    return {n: (x + dx, y + dy, z + dz) for n, (x, y, z) in shown.joints.items()}
 
 
 def _look(act: Act, head: Vec3, face: Vec3) -> tuple[float, float]:

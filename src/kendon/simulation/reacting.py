@@ -10,7 +10,6 @@ What a person is about is a generator: each `yield` is a tenth of a second of th
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -25,6 +24,7 @@ from kendon.simulation.body import Body
 from kendon.simulation.deeds import Gesture, Look, Smile, Stand, Turn, WalkTo
 from kendon.simulation.embodiment import REPERTOIRE, Salutation, draw_salutation
 from kendon.simulation.movements import Movement, draw_movement
+from kendon.simulation.sight import Sight
 from kendon.simulation.temperaments import Temperament
 
 #: How often people make up their minds [1/s], and how late they see what happens [s]: choice
@@ -82,7 +82,7 @@ class ReactingPerson:
         self.made: list[Movement] = []  # every salutation and dip, as it was meant to go
         self._past = past
         self._count = round(frames / RATE)
-        self._seen: deque[Appearance] = deque(maxlen=1 + round(REACTION * RATE))
+        self._sight = Sight(self.actor, round(REACTION * RATE))
         self._stage: Phase | None = None
         self._greeted = False  # the close salutation has begun: nearness is welcome
         self._life = self._decide()
@@ -103,52 +103,19 @@ class ReactingPerson:
             return Phase.DS
         if self.actor.showing("hdip"):
             return Phase.HD
-        if self._stage is Phase.APP and self._away < FINAL:
+        if self._stage is Phase.APP and self._sight.away < FINAL:
             return Phase.FA
         return self._stage
 
     def live(self, robot: Appearance) -> list[PersonFrame]:
         """Live on for a tenth of a second in the presence of a robot; its frames, in the world."""
-        self._seen.append(robot)
+        self._sight.take(robot)
         if not self.finished:
             try:
                 next(self._life)
             except StopIteration:
                 self.finished = True
         return self.actor.frames(self._count)
-
-    # ---- what the person sees
-
-    @property
-    def _robot(self) -> Appearance:
-        """The robot as the person has noticed it, a little late."""
-        return self._seen[0]
-
-    @property
-    def _away(self) -> float:
-        """How far the robot is [m]."""
-        pose = self._seen[-1].pose
-        return math.hypot(self.actor.x - pose.x, self.actor.y - pose.y)
-
-    @property
-    def _coming_at(self) -> float:
-        """How fast the robot comes nearer by its own motion [m/s]."""
-        first, last = self._seen[0], self._seen[-1]
-        if last.t <= first.t:
-            return 0.0
-        x, y = self.actor.place
-        before, after = (math.hypot(x - a.pose.x, y - a.pose.y) for a in (first, last))
-        return (before - after) / (last.t - first.t)
-
-    @property
-    def _offered(self) -> bool:
-        """Whether the robot holds out its hand."""
-        return self._robot.gesture == "handshake"
-
-    @property
-    def _salutes(self) -> bool:
-        """Whether the robot says or shows anything that may pass for a salutation."""
-        return self._robot.gesture not in (None, "home") or self._robot.speech is not None
 
     # ---- what the person does
 
@@ -164,7 +131,7 @@ class ReactingPerson:
 
     def _greet(self) -> Iterator[None]:
         own, rng = self.temperament, self._rng
-        start = self._away
+        start = self._sight.away
         self._stage = Phase.IA
         self.actor.act(Look(aside=0.5 if own.aversion else 0.0))
         yield from self._wait(own.sighting / 2)
@@ -179,8 +146,8 @@ class ReactingPerson:
         if when == 1:
             yield from self._approach(max(FINAL + 0.6, start - rng.uniform(0.3, 2.5)))
             yield from self._salute(walking=not own.waits)
-        if rng.random() < own.pauses and self._away > FINAL + 1.0:
-            yield from self._approach(float(rng.uniform(FINAL + 0.5, self._away - 0.3)))
+        if rng.random() < own.pauses and self._sight.away > FINAL + 1.0:
+            yield from self._approach(float(rng.uniform(FINAL + 0.5, self._sight.away - 0.3)))
             self.actor.act(Stand())
             self._look_at_robot()
             yield from self._wait(float(rng.uniform(0.5, 1.5)))
@@ -188,7 +155,7 @@ class ReactingPerson:
             yield from self._approach(start - own.turns_at * (start - own.stop))
             raise _Leaves(MIND)
         if when == 2:
-            yield from self._approach(min(FINAL - 0.4, self._away - 0.1))
+            yield from self._approach(min(FINAL - 0.4, self._sight.away - 0.1))
             yield from self._salute(walking=True)
         yield from self._approach(own.stop)
         yield from self._close()
@@ -197,7 +164,7 @@ class ReactingPerson:
         """A distance salutation, perhaps held until it is answered, perhaps with a head dip."""
         own, rng = self.temperament, self._rng
         for attempt in range(2 if own.again else 1):
-            if attempt and self._away < FINAL:
+            if attempt and self._sight.away < FINAL:
                 break  # now they are there sooner than they have waved again
             self._look_at_robot()
             self.actor.act(Smile(own.smile))
@@ -216,7 +183,7 @@ class ReactingPerson:
             if self._stage is Phase.DS:
                 self._stage = Phase.APP
             # 2.1.3: half of the salutations early in the approach, never those in the final one.
-            if not attempt and self._away > FINAL + 0.5 and rng.random() < own.dips:
+            if not attempt and self._sight.away > FINAL + 0.5 and rng.random() < own.dips:
                 dip = self._salutation(Phase.HD, math.log(0.5), 0.3)
                 while self.t < dip.end:
                     yield from self._tick(walk=walking)
@@ -233,11 +200,11 @@ class ReactingPerson:
     def _approach(self, until: float) -> Iterator[None]:
         """Walk up to the robot, down to a distance."""
         nearest, since = math.inf, self.t
-        while self._away > until + 0.05:
-            if until <= FINAL and self._away < 1.8 and self._offered:
+        while self._sight.away > until + 0.05:
+            if until <= FINAL and self._sight.away < 1.8 and self._sight.hand_offered:
                 break  # its hand is out
-            if self._away < nearest - NEARER:
-                nearest, since = self._away, self.t
+            if self._sight.away < nearest - NEARER:
+                nearest, since = self._sight.away, self.t
             elif self.t - since > STUCK:
                 raise _Leaves("they could not reach the robot")
             yield from self._tick(walk=True)
@@ -251,7 +218,7 @@ class ReactingPerson:
         self._greeted = True
         odds = np.array(list(_CLOSE.values()))
         kind = str(rng.choice(list(_CLOSE), p=odds / odds.sum()))
-        if self._offered:
+        if self._sight.hand_offered:
             kind = "handshake"
         since = self.t
         if kind == "handshake":
@@ -265,7 +232,7 @@ class ReactingPerson:
         while self.t < since + shown.rise + own.patience:
             if kind != "handshake" and self._note_answer(Phase.CS, since):
                 break
-            if kind == "handshake" and self._offered and self._away < 1.8:
+            if kind == "handshake" and self._sight.hand_offered and self._sight.away < 1.8:
                 self.answered[Phase.CS] = self.t
                 shown = self._shake(shown)
                 break
@@ -294,7 +261,7 @@ class ReactingPerson:
     def _pass_by(self) -> Iterator[None]:
         """Straight on, past the place where the robot stood at first, around it if need be."""
         x, y = self.actor.place
-        robot = self._seen[-1].pose
+        robot = self._sight.pose
         dx, dy = robot.x - x, robot.y - y
         way = math.hypot(dx, dy)
         off = math.asin(min(1.0, self._past / way)) * (1 if self._rng.random() < 0.5 else -1)
@@ -308,8 +275,8 @@ class ReactingPerson:
         self.actor.act(WalkTo(*goal))
         while not self.actor.arrived:
             at_robot = glances and glance <= self.t < glance + 0.7
-            self.actor.act(Look(self._robot.face) if at_robot else Look())
-            if self._away < self.temperament.comfort and self._coming_at > 0.1:
+            self.actor.act(Look(self._sight.noticed.face) if at_robot else Look())
+            if self._sight.away < self.temperament.comfort and self._sight.coming_at > 0.1:
                 yield from self._step_back()
                 self.actor.act(WalkTo(*goal))
             yield
@@ -317,7 +284,7 @@ class ReactingPerson:
     def _leave(self) -> Iterator[None]:
         self._stage = None
         x, y = self.actor.place
-        robot = self._seen[-1].pose
+        robot = self._sight.pose
         away = math.atan2(y - robot.y, x - robot.x) + float(self._rng.uniform(-0.7, 0.7))
         self.actor.act(Look())
         self.actor.act(Smile(1.0))
@@ -341,12 +308,12 @@ class ReactingPerson:
 
     def _walk_on(self) -> None:
         """One glance at where the robot is, and on toward the place before it."""
-        own, robot = self.temperament, self._seen[-1].pose
+        own, robot = self.temperament, self._sight.pose
         toward = math.atan2(self.actor.y - robot.y, self.actor.x - robot.x)
         # Whoever walks up to somebody who comes, too, allows for that while they stop.
-        room = own.stop + max(0.0, self._coming_at) * self.actor.walking_at / ACCELERATION
+        room = own.stop + max(0.0, self._sight.coming_at) * self.actor.walking_at / ACCELERATION
         goal = (robot.x + room * math.cos(toward), robot.y + room * math.sin(toward))
-        if self._away > room:
+        if self._sight.away > room:
             self.actor.act(WalkTo(*goal))
         else:
             self.actor.act(Stand())
@@ -357,17 +324,17 @@ class ReactingPerson:
         self.actor.act(Smile(own.smile if smiling else min(1.0, own.smile)))
 
     def _crowded(self) -> bool:
-        if self._away < self.temperament.comfort:
+        if self._sight.away < self.temperament.comfort:
             return True
-        return self._away < _FRIGHTENING and self._coming_at > self.temperament.fright
+        return self._sight.away < _FRIGHTENING and self._sight.coming_at > self.temperament.fright
 
     def _step_back(self) -> Iterator[None]:
         """Give way, facing the robot, until there is room again or the robot stands."""
         self.step_backs += 1
-        until = max(self.temperament.comfort, self._away) + _BACK
+        until = max(self.temperament.comfort, self._sight.away) + _BACK
         began = self.t
-        while self._away < until and self.t < began + 3.0:
-            robot = self._seen[-1].pose
+        while self._sight.away < until and self.t < began + 3.0:
+            robot = self._sight.pose
             away = math.atan2(self.actor.y - robot.y, self.actor.x - robot.x)
             x, y = (
                 robot.x + (until + 0.1) * math.cos(away),
@@ -377,11 +344,11 @@ class ReactingPerson:
             self._look_at_robot()
             yield
         self.actor.act(Stand())
-        robot = self._seen[-1].pose
+        robot = self._sight.pose
         self.actor.act(Turn(math.atan2(robot.y - self.actor.y, robot.x - self.actor.x)))
 
     def _look_at_robot(self, aside: float = 0.0, down: float = 0.0) -> None:
-        self.actor.act(Look(self._robot.face, aside, down))
+        self.actor.act(Look(self._sight.noticed.face, aside, down))
 
     def _salutation(self, phase: Phase, typical: float, spread: float) -> Movement:
         """A salutation or dip as drawn greeters show it, about so long [log s] (3.4)."""
@@ -399,6 +366,6 @@ class ReactingPerson:
 
     def _note_answer(self, phase: Phase, since: float) -> bool:
         """Whether the robot has answered a salutation; notes when that was first seen."""
-        if phase not in self.answered and self._salutes and self._robot.t >= since:
+        if phase not in self.answered and self._sight.saluted and self._sight.noticed.t >= since:
             self.answered[phase] = self.t
         return phase in self.answered

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from kendon.errors import RendererError
 from kendon.geometry import Pose2D
 from kendon.person import FloatArray
-from kendon.robots.mujoco.body import read_model
 from kendon.robots.mujoco.description import RobotDescription
+from kendon.robots.mujoco.model import read_model
 from kendon.viewer.mannequin import Color, Shape
 
 Image = NDArray[np.uint8]

@@ -98,7 +98,7 @@ def test_a_wave_in_the_browser_is_answered_and_a_dragged_person_followed(
     page.send_to((2.5, -2.0))
     shown.wait_for_selector('[data-phase="APP"], [data-phase="FA"]')
     player = session.player
-    _until(shown, lambda: math.dist(player.place, (2.5, -2.0)) < 0.1)
+    _until(shown, lambda: math.dist(player.actor.place, (2.5, -2.0)) < 0.1)
     _until(shown, lambda: session.stage.robot.pose.distance_to(before) > 0.3)
 
 

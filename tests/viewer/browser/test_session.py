@@ -170,3 +170,13 @@ def test_a_session_closes_a_device_before_it_opens_it_again() -> None:
     session = Session(make, replace(Choices("device", "kendon", "point")))
     session.restart()
     assert order[:3] == ["open", "close", "open"]
+
+
+@pytest.mark.parametrize("spec", ["simulated", "simulated:late-wave", "simulated:shy"])
+def test_every_built_in_person_has_a_page_to_be_chosen_on(spec: str) -> None:
+    pytest.importorskip("viser", reason="viser is not installed")
+    from kendon.viewer.browser.server import Page
+
+    session = encounters.simulated(spec)
+    Page(session, lambda: "", port=0).close()
+    assert session.stage.over

@@ -17,9 +17,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import accumulate
 from typing import NamedTuple
 
+from kendon.features.gestures.beats import LASTS, SMOOTH, beat, steps
 from kendon.features.gestures.evidence import Weighing
 from kendon.features.gestures.series import Series, quantile
 from kendon.geometry import Quaternion, Vec3, wrap_angle
@@ -38,10 +38,11 @@ UNSURE = math.radians(12)
 UNREST = 2.0
 #: Whom somebody faces is told by the median of so long [s].
 FACING = 0.4
-#: A toss or a nod is over in so long [s].
-BEAT = 0.8
-#: A beat of the head is smoothed over so long: a third of a quick nod [s].
-SMOOTH = 0.1
+#: A dip goes down within so long [s].
+FALLS = 0.8
+#: How noisy the pitch and the face's height are is told by so long: a beat is soon over, but what
+#: is seen of it by a slow camera looks like noise as long as it lasts [s].
+QUIET = 3.0
 #: So many times as long a dip takes to go down, or most of it.
 STEPS_DOWN = 2
 #: And to take the face down, whose height changes more slowly at first.
@@ -60,8 +61,8 @@ LARGEST_BEAT = math.radians(24)
 PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
 #: Standard error of a median over that of the mean, for normal noise.
 INEFFICIENCY = 1.25
-#: From so many steps on there may be a beat.
-LEAST_STEPS = 4
+#: A beat turns so long after it began, and is over so long after that [s].
+HALF_BEAT = 0.35
 #: The middle of nine normal values lies so many standard deviations from the least of them, and
 #: what is before and behind it about as many the other way.
 EXTREMES = 2.0
@@ -75,6 +76,7 @@ class DipEvidence(NamedTuple):
     turned: float
     brief: float
     onset: float
+    back: float
     sunk: float
     sank: float
 
@@ -87,8 +89,8 @@ class DipEvidence(NamedTuple):
 class NodEvidence(NamedTuple):
     """What speaks for a nod or a toss."""
 
-    up: float
-    down: float
+    beat: float
+    bob: float
     straight: float
 
 
@@ -97,11 +99,12 @@ FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the hor
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
 BRIEF = Weighing(math.radians(12), math.radians(-4.0), -3.0, 1.0)  # down a second ago [rad]
 ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 0.2 s [rad]
+BACK = Weighing(0.55, -0.1, -5.0, 1.0)  # share of the way up again from the lowest
 # Where the head is told by the middle of the skull it hardly sinks, however it bends.
 SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
 SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
-TOSS = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # up and back [rad]
-NOD = Weighing(math.radians(5), math.radians(1.5), -1.0, 5.0)  # down and back [rad]
+BEAT = Weighing(math.radians(5.0), math.radians(0.7), -3.0, 8.0)  # down or up, and back [rad]
+BOB = Weighing(0.008, 0.003, -1.0, 5.0)  # of the face over the shoulders, likewise [m]
 STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
 
 
@@ -160,8 +163,9 @@ class Head:
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
         sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
-        jitter = self._pitch.jitter(end - 1.0)
+            unknown = math.nan
+            return DipEvidence(unknown, unknown, unknown, unknown, unknown, unknown, *sunk), None
+        jitter = self._pitch.jitter(end - QUIET)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
         pitches = self._pitch.since(begin) or self._pitch.since(since)
@@ -175,31 +179,28 @@ class Head:
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
         yaws = self._yaw.since(begin) or self._yaw.since(since)
         turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
-        steps = _steps(self._pitch, end)
-        # Of a source slower than a beat there are no steps, nor what they would be made of.
-        seen = max(1, len(self._pitch.since(end - BEAT - SMOOTH)))
-        unsure_step = INEFFICIENCY * noise * math.sqrt(len(steps) / seen)
-        onset = max(
-            (b - a for a, b in zip(steps, steps[STEPS_DOWN:], strict=False)), default=math.nan
-        )
+        course = steps(self._pitch, end)
+        unsure_step = noise * _error_of_step(self._pitch, course, end)
         # Noise alone turns a head by so much.
         unsure_turn = math.sqrt(2.0) * noise_now
         dip = DipEvidence(
             DOWN.evidence(pitch - usual - taken_along, unsure),
             FLOOR.evidence(pitch - taken_along, noise_now),
-            TURNED.evidence(max(0.0, abs(turned) - unsure_turn), unsure_turn),
+            TURNED.evidence(_above(abs(turned) - unsure_turn), unsure_turn),
             BRIEF.evidence(before - usual, unsure),
             ONSET.evidence(
-                onset - taken_along - EXTREMES * unsure_step, math.sqrt(2.0) * unsure_step
+                _steepest(course, STEPS_DOWN) - taken_along - EXTREMES * unsure_step,
+                math.sqrt(2.0) * unsure_step,
             ),
+            _come_back(course, usual, unsure_step),
             *sunk,
         )
-        up, down = _beat(steps)
-        up, down = max(0.0, up - EXTREMES * unsure_step), max(0.0, down - EXTREMES * unsure_step)
+        nods = beat(course, LARGEST_BEAT)
+        turn = end - nods.ago * SMOOTH
         nod = NodEvidence(
-            TOSS.evidence(up if up < LARGEST_BEAT else 0.0, unsure_step),
-            NOD.evidence(down if down < LARGEST_BEAT else 0.0, unsure_step),
-            STRAIGHT.evidence(self._yaw.range(end - BEAT - SMOOTH), 2.0 * noise),
+            BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step),
+            self._bob(end),
+            STRAIGHT.evidence(self._yaw.range(turn - HALF_BEAT, turn + HALF_BEAT), 2.0 * noise),
         )
         return dip, nod
 
@@ -214,52 +215,54 @@ class Head:
         if not self._over.seen(since):
             return math.nan, math.nan
         heights = self._over.since(min(end - NOW, since))
-        jitter = self._over.jitter(end - 1.0)
-        noise = jitter if jitter == jitter else PRIOR_UNREST
+        noise = self._unrest(end)
         # What changes in the breadth of the shoulders is the noise of two joints, which no mean
         # takes away where it lasts; half as much is that of the middle between them.
         noise = max(
             noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
         )
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        steps = _steps(self._over, end)
-        sank = max(
-            (a - b for a, b in zip(steps, steps[STEPS_SINKING:], strict=False)), default=math.nan
-        )
+        sank = _steepest([-height for height in steps(self._over, end)], STEPS_SINKING)
         return (
             SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
             SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise),
         )
 
+    def _unrest(self, end: float) -> float:
+        """The noise of the face's height over the shoulders, from frame to frame [m]."""
+        jitter = self._over.jitter(end - QUIET)
+        return jitter if jitter == jitter else PRIOR_UNREST
 
-def _steps(series: Series, end: float) -> list[float]:
-    """Medians of the last beat, step by step of `SMOOTH`; none where too few are known."""
-    first, values = series.first(end - BEAT - SMOOTH), series.values
-    steps = []
-    for k in range(round(BEAT / SMOOTH), -1, -1):
-        last = series.first(end - k * SMOOTH) if k else len(values)
-        if last > first:
-            step = sorted(values[first:last])
-            middle = (last - first) // 2
-            steps.append(0.5 * (step[middle] + step[-1 - middle]))
-        first = last
-    return steps if len(steps) >= LEAST_STEPS else []
+    def _bob(self, end: float) -> float:
+        """The evidence that the face goes down or up and back; NaN when unknown."""
+        course = steps(self._over, end)
+        noise = self._unrest(end) * _error_of_step(self._over, course, end)
+        return BOB.evidence(beat(course).size - EXTREMES * noise, noise)
 
 
-def _beat(steps: Sequence[float]) -> tuple[float, float]:
-    """How far the head went up and came back, and down and back; NaN when unknown [rad]."""
-    if not steps:
-        return math.nan, math.nan
-    up = down = 0.0
-    highest_before = lowest_before = steps[0]
-    # From each step on: the farthest down and up the pitch comes afterwards.
-    lowest_after = list(accumulate(reversed(steps), min))[::-1]
-    highest_after = list(accumulate(reversed(steps), max))[::-1]
-    for step, low, high in zip(steps[1:-1], lowest_after[2:], highest_after[2:], strict=True):
-        up = max(up, min(highest_before, high) - step)
-        down = max(down, step - max(lowest_before, low))
-        if step > highest_before:
-            highest_before = step
-        elif step < lowest_before:
-            lowest_before = step
-    return up, down
+def _error_of_step(series: Series, course: Sequence[float], end: float) -> float:
+    """The standard error of a step, of values whose noise is 1."""
+    # Of a source slower than a beat there are no steps, nor what they would be made of.
+    seen = max(1, len(series.since(end - LASTS - SMOOTH)))
+    return INEFFICIENCY * math.sqrt(len(course) / seen)
+
+
+def _steepest(course: Sequence[float], apart: int) -> float:
+    """How far it goes at most within so many of the latest steps; NaN when unknown."""
+    latest = course[-round(FALLS / SMOOTH) - 1 :]
+    return max((b - a for a, b in zip(latest, latest[apart:], strict=False)), default=math.nan)
+
+
+def _come_back(course: Sequence[float], usual: float, noise: float) -> float:
+    """The evidence that a head that was down is coming up again; NaN when unknown."""
+    latest = course[-round(FALLS / SMOOTH) - 1 :]
+    if not latest:
+        return math.nan
+    lowest = max(latest)
+    depth = max(lowest - usual, noise, LARGEST_BEAT / 2)
+    return BACK.evidence((lowest - latest[-1]) / depth, math.sqrt(2.0) * noise / depth)
+
+
+def _above(value: float) -> float:
+    """What is above zero of a value that may be unknown."""
+    return 0.0 if value < 0.0 else value  # NaN stays NaN

@@ -76,9 +76,9 @@ class Series:
         sixth = len(ordered) // 6
         return 0.5 * (ordered[-1 - sixth] - ordered[sixth]) if ordered else math.nan
 
-    def range(self, begin: float) -> float:
-        """What most of the values from an instant on lie within: from tenth to tenth."""
-        values = self.since(begin)
+    def range(self, begin: float, end: float) -> float:
+        """What most of the values between two instants lie within: from tenth to tenth."""
+        values = self.between(begin, end)
         return quantile(values, 0.9) - quantile(values, 0.1)
 
     def jitter(self, begin: float) -> float:

@@ -22,11 +22,11 @@ from kendon.geometry import ORIGIN, Pose2D, Vec3, wrap_angle
 from kendon.person import FloatArray
 from kendon.robots.base import Command, CommandKind, Robot
 from kendon.robots.driving import Driving, check
-from kendon.robots.head import HeadLimits
 from kendon.robots.mujoco.body import CYCLE, Body
 from kendon.robots.mujoco.description import RobotDescription, vizzy
-from kendon.robots.mujoco.gaze import local_point
-from kendon.robots.mujoco.motion import Chaser, Motion, plan
+from kendon.robots.mujoco.face import Face
+from kendon.robots.mujoco.looking import Looking
+from kendon.robots.mujoco.motion import Motion, plan
 from kendon.robots.point import EXPRESSION_SECONDS, SPEECH_RATE
 
 #: How the base is steered after its plan, by the law of Kanayama et al. (1990): how fast errors
@@ -39,8 +39,6 @@ _NEAR = 1e-3
 _STANDING = 2e-3
 #: A gesture is over when its joints are as near as this to their last set-points [rad or m].
 _ARRIVED = 0.02
-#: How quickly eyes gather speed [rad/s^2]: they reach 5 rad/s within a tenth of a second.
-_EYE_ACCELERATION = 60.0
 
 
 class MujocoRobot(Robot):
@@ -101,8 +99,9 @@ class MujocoRobot(Robot):
         self._motion: Motion | None = None
         self._homeward = False  # whether to go home next, since a gesture was cancelled
         self._read_gestures()
-        self._read_head()
-        self._read_expressions()
+        self._looking = Looking(body, self.description.head)
+        self._face = Face(body, self.description.expressions)
+        self.expressions = self._face.names
         self._pose = body.pose
         #: What a film needs: times [s] and positions of all joints after each control cycle in
         #: which anything moved. None unless somebody sets a list, which is then added to.
@@ -149,7 +148,7 @@ class MujocoRobot(Robot):
     @property
     def expression(self) -> tuple[str, float]:
         """The expression on the face and its present intensity between 0 and 1."""
-        return self._expression, self._level
+        return self._face.expression, self._face.level
 
     # ---- the hooks of Robot
 
@@ -164,16 +163,16 @@ class MujocoRobot(Robot):
             face = self.body.sight(self.description.head.face)[0].tolist()
             if math.dist(face, point) < 1e-3:
                 raise RobotError(f"the point to look at, {point}, lies in the robot's own face")
-            self._aim_head(point)
-            self._looked = False
-            sent["pan"], sent["tilt"] = self._head_target
+            self._looking.aim(point)
+            self._looking.done = False
+            sent["pan"], sent["tilt"] = self._looking.target
         elif kind is CommandKind.GESTURE:
             self._motion, self._homeward = self._plan(asked["name"]), False
         elif kind is CommandKind.SAY:
             self._until[kind] = self.time + len(asked["text"].strip()) / self._speech_rate
         elif kind is CommandKind.EXPRESS:
             self._until[kind] = self.time + EXPRESSION_SECONDS
-            self._show(asked["expression"], asked["intensity"])
+            self._face.show(asked["expression"], asked["intensity"], self.time)
         else:
             self._motion, self._homeward = None, False
             if self._standing:
@@ -207,7 +206,12 @@ class MujocoRobot(Robot):
         """End a command that is done; drives end within the cycle in which they are."""
         kind = command.kind
         if kind is CommandKind.LOOK_AT:
-            self._finish_look(command)
+            # A base that still turns may yet bring the point within the joints' reach.
+            if self._looking.is_at(command.asked["point"], self._posed) and (
+                self._looking.reachable or self._driving.base.standing
+            ):
+                beyond = "the point lies beyond the head's joints"
+                self.succeed(command, "" if self._looking.reachable else beyond)
         elif kind is CommandKind.GESTURE:
             self._finish_gesture(command)
         elif kind is CommandKind.STOP:
@@ -216,8 +220,7 @@ class MujocoRobot(Robot):
         elif kind in self._until:
             left = self._until[kind] - self.time
             if kind is CommandKind.EXPRESS:
-                share = max(0.0, left) / EXPRESSION_SECONDS
-                self._level = self._levels[1] - (self._levels[1] - self._levels[0]) * share
+                self._face.follow(left)
             if left <= 1e-9:  # a sum of time steps may fall short by rounding
                 self.succeed(command)
 
@@ -256,7 +259,6 @@ class MujocoRobot(Robot):
 
     def _next_targets(self, now: float) -> FloatArray:
         """Where all joints' set-points shall be after this cycle."""
-        body = self.body
         if self._homeward:
             self._motion, self._homeward = self._plan("home"), False
         if self._motion is not None:
@@ -269,14 +271,11 @@ class MujocoRobot(Robot):
                 self._motion = None
         elif self._posing.any():
             self._posing[:] = 0.0
-        self._look()
+        look = self.running(CommandKind.LOOK_AT)
+        self._looking.step(None if look is None else look.asked["point"])
         targets = self._posed.copy()
-        targets[body.pan] += self._pan.position
-        targets[body.tilt] += self._tilt.position
-        for eye, chaser in zip(body.eyes, self._eyes, strict=True):
-            targets[eye] = chaser.position
-        if len(self._face_joints):
-            targets[self._face_joints] = self._face_at(now)
+        self._looking.pose(targets)
+        self._face.pose(targets, now)
         return targets
 
     @property
@@ -303,10 +302,10 @@ class MujocoRobot(Robot):
             and base.heading is None
             and self._motion is None
             and not self._homeward
-            and not any(chaser.rate for chaser in (self._pan, self._tilt, *self._eyes))
-            and self._cycles * CYCLE > self._face_until + CYCLE
+            and not self._looking.turning
+            and self._cycles * CYCLE > self._face.until + CYCLE
             and self.body.still
-            and (self._looked or self.running(CommandKind.LOOK_AT) is None)
+            and (self._looking.done or self.running(CommandKind.LOOK_AT) is None)
         )
 
     # ---- arms
@@ -351,110 +350,3 @@ class MujocoRobot(Robot):
             off = np.abs(self.body.angles - self.body.aimed)
             if off.max() < _ARRIVED:
                 self.succeed(command)
-
-    # ---- head and eyes
-
-    def _read_head(self) -> None:
-        body, head = self.body, self.description.head
-        ranges = []
-        for joint, sign in ((body.pan, body.pan_sign), (body.tilt, body.tilt_sign)):
-            ends = sorted((sign * float(body.low[joint]), sign * float(body.high[joint])))
-            ranges.append((max(ends[0], -math.pi), min(ends[1], math.pi)))
-        if head.tilt_range is not None:
-            low, high = (math.radians(a) for a in head.tilt_range)
-            ranges[1] = max(low, ranges[1][0]), min(high, ranges[1][1])
-        rate = min(head.rate, float(body.speeds[[body.pan, body.tilt]].min()))
-        self.head_limits = HeadLimits(ranges[0], ranges[1], rate)
-        self._pan = Chaser(float(body.rest[body.pan]), rate, head.acceleration)
-        self._tilt = Chaser(float(body.rest[body.tilt]), rate, head.acceleration)
-        self._eyes = [
-            Chaser(float(body.rest[eye]), float(body.speeds[eye]), _EYE_ACCELERATION)
-            for eye in body.eyes
-        ]
-        self._eye_ranges = [(float(body.low[eye]), float(body.high[eye])) for eye in body.eyes]
-        self._head_target = (0.0, 0.0)  # [rad], to the left and up
-        self._reachable = True
-        self._looked = False  # whether head and eyes have nothing left to do for a running look
-
-    def _aim_head(self, point: Vec3) -> None:
-        """Work out where the head must turn for a point, from where the body is now."""
-        body, limits = self.body, self.head_limits
-        pan, tilt = body.head.angles(body.data, point)
-        pan, tilt = pan * body.pan_sign, tilt * body.tilt_sign
-        sent_pan = min(max(pan, limits.pan[0]), limits.pan[1])
-        sent_tilt = min(max(tilt, limits.tilt[0]), limits.tilt[1])
-        self._head_target = sent_pan, sent_tilt
-        self._reachable = sent_pan == pan and sent_tilt == tilt
-
-    def _look(self) -> None:
-        """Turn head and eyes on, toward the point of a running look, else to a stand."""
-        body = self.body
-        command = self.running(CommandKind.LOOK_AT)
-        if command is None:
-            for chaser in (self._pan, self._tilt, *self._eyes):
-                if chaser.rate:
-                    chaser.step(None, CYCLE)
-            return
-        point: Vec3 = command.asked["point"]
-        self._aim_head(point)
-        pan, tilt = self._head_target
-        self._pan.step(pan * body.pan_sign, CYCLE)
-        self._tilt.step(tilt * body.tilt_sign, CYCLE)
-        local: dict[int, Vec3] = {}  # eyes that hang in the same body see it at the same place
-        for pointer, (low, high), chaser in zip(
-            body.eye_pointers, self._eye_ranges, self._eyes, strict=True
-        ):
-            if pointer.parent not in local:
-                local[pointer.parent] = local_point(body.data, pointer.parent, point)
-            chaser.step(min(max(pointer.angle(local[pointer.parent]), low), high), CYCLE)
-        self._looked = not any(chaser.rate for chaser in (self._pan, self._tilt, *self._eyes))
-
-    def _finish_look(self, command: Command) -> None:
-        body, near = self.body, self.head_limits.tolerance
-        self._aim_head(command.asked["point"])
-        pan, tilt = self._head_target
-        angles = body.angles
-        there = (
-            abs(angles[body.pan] - self._posed[body.pan] - pan * body.pan_sign) <= near
-            and abs(angles[body.tilt] - self._posed[body.tilt] - tilt * body.tilt_sign) <= near
-        )
-        # A base that still turns may yet bring the point within the joints' reach.
-        if there and (self._reachable or self._driving.base.standing):
-            reason = "" if self._reachable else "the point lies beyond the head's joints"
-            self.succeed(command, reason)
-
-    # ---- the face
-
-    def _read_expressions(self) -> None:
-        body = self.body
-        found = {
-            name: body.set_points(f"expressions.{name}", joints)
-            for name, joints in self.description.expressions.items()
-        }
-        joints = sorted({joint for points in found.values() for joint in points})
-        self._face_joints = np.array(joints, dtype=np.int64)
-        rest = body.rest[self._face_joints]
-        self._faces = {
-            name: np.array([points.get(j, body.rest[j]) for j in joints]) - rest
-            for name, points in found.items()
-        }
-        self._face_from = self._face_to = rest
-        self._face_until = -math.inf  # [s], when the face has changed
-        self._expression, self._level = "neutral", 1.0
-        self._levels: tuple[float, float] = (0.0, 1.0)  # the intensity before and after the change
-        self.expressions = tuple(found)
-
-    def _show(self, expression: str, intensity: float) -> None:
-        same = expression == self._expression
-        self._levels = (self._level if same else 0.0, intensity)
-        self._expression, self._level = expression, self._levels[0]
-        self._face_from = self._face_at(self.time)
-        self._face_to = self.body.rest[self._face_joints] + intensity * self._faces[expression]
-        self._face_until = self.time + EXPRESSION_SECONDS
-
-    def _face_at(self, now: float) -> FloatArray:
-        left = min(1.0, (self._face_until - now) / EXPRESSION_SECONDS)
-        if left <= 0:
-            return self._face_to
-        face: FloatArray = self._face_to + (self._face_from - self._face_to) * left
-        return face

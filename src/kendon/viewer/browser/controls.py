@@ -11,6 +11,7 @@ import viser
 from kendon.models import model_names
 from kendon.robots import robot_kinds
 from kendon.simulation import SCRIPTS
+from kendon.simulation.temperaments import TEMPERAMENTS
 from kendon.viewer.browser.cameras import VIEWS, Cameras
 from kendon.viewer.browser.charts import draw_charts
 from kendon.viewer.browser.panels import command_log, phase_card, tree_view
@@ -248,7 +249,7 @@ class Controls:
         choices = session.choices
         with self._gui.add_folder("Encounter"):
             if choices.source.partition(":")[0] == "simulated":
-                names = list(SCRIPTS)
+                names = [*SCRIPTS, *TEMPERAMENTS]
                 now = choices.source.partition(":")[2] or names[0]
                 self._choose("Person", names, now, lambda v: {"source": f"simulated:{v}"})
             models = _with_own(model_names(), choices.model)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from kendon.errors import DataError
 from kendon.outputs import check_file, write_text
-from kendon.viewer.browser.cameras import FOV, overview
+from kendon.viewer.browser.cameras import FOV, course, overview
 from kendon.viewer.browser.charts import draw_charts, plot_box
 from kendon.viewer.browser.panels import log_rows, phase_card, tree_view
 from kendon.viewer.browser.scene import Scene
@@ -20,6 +20,8 @@ from kendon.viewer.browser.serving import start_server, stop_server
 from kendon.viewer.browser.stage import Stage
 
 _WIDTH = 370  # [pixels], of the charts
+#: The picture, about: on a large screen and, smaller, on a phone [pixels].
+_PICTURE = (700, 620)
 #: A longer encounter is recorded with fewer images: so many at most.
 _MOST_IMAGES = 2400
 #: The ticks of the flow a second, and the images a tick of a short encounter.
@@ -103,12 +105,13 @@ def _scene(stage: Stage) -> str:
     try:
         scene = Scene(server)
         scene.draw(stage, stage.shown(0), 0)
-        position, look_at = overview(stage.shown(0), 1.1)
+        count = len(stage.snapshots)
+        instants = [stage.shown(place) for place in range(count)]
+        position, look_at = overview(instants, course(instants[0]), _PICTURE)
         camera = server.initial_camera
         camera.up, camera.fov = (0.0, 0.0, 1.0), FOV
         camera.position, camera.look_at = position, look_at
         recording = server.get_scene_serializer()
-        count = len(stage.snapshots)
         ticks = max(1, -(-count // _MOST_IMAGES))
         images = _IMAGES if count * _IMAGES <= _MOST_IMAGES else 1
         for place in range(ticks, count, ticks):

@@ -51,7 +51,7 @@ class Scene:
         )
         self._api.add_light_directional("/sun", intensity=1.6, position=(-3.0, -6.0, 8.0))
         self._api.add_grid(
-            "/floor", 26.0, 26.0, cell_size=0.5, section_size=1.0, cell_color=(232, 232, 232),
+            "/floor", 60.0, 60.0, cell_size=0.5, section_size=1.0, cell_color=(232, 232, 232),
             section_color=(214, 214, 214), plane_color=(250, 249, 246), plane_opacity=1.0,
             shadow_opacity=0.2, position=(0.0, 0.0, -0.005),
         )  # fmt: skip
@@ -173,7 +173,7 @@ class Scene:
             if radius > 1:
                 self._api.add_label(
                     f"/rings/{name}_label", f"{name} {radius:g} m", anchor="center-center",
-                    position=(0.0, -radius, 0.02), font_size_mode="scene", font_scene_height=0.14,
+                    position=(0.0, -radius, 0.02), font_screen_scale=0.8,
                 )  # fmt: skip
 
     def _disc(self) -> viser.MeshHandle:

@@ -80,11 +80,11 @@ class Page:
         started = False
         while not until():
             now = time.monotonic()
+            passed, before = min(now - before, 0.5), now
             started = started or self.watched or self.session.stage.live
-            self.session.step(min(now - before, 0.5) if started else 0.0)
-            before = now
+            self.session.step(passed if started else 0.0)
             self._draw()
-            self._cameras.follow(self.session)
+            self._cameras.follow(self.session, passed)
             if now - panels_at >= 1 / _PANELS:
                 panels_at = now
                 self._controls.draw()
@@ -99,7 +99,7 @@ class Page:
         session = self.session
         self._scene.draw(session.stage, session.shown(), session.place)
         if session.player is not None:
-            self._scene.point_out(session.player.goal.tolist())
+            self._scene.point_out(session.player.goal)
 
     def _take_places(self) -> None:
         """Send the person where the ring is dragged or the floor is clicked."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import warnings
 from collections.abc import Iterator
 
 import viser
@@ -11,6 +12,8 @@ import viser
 
 def start_server(host: str, port: int) -> viser.ViserServer:
     """A server of that address; 0 is any port that is free."""
+    # A browser that is being closed counts as a client for a moment longer.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     with _silence():
         return viser.ViserServer(host=host, port=port, label="kendon", verbose=False)
 
