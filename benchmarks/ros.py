@@ -63,7 +63,10 @@ class Deeds:
     def _read(self) -> None:
         assert self._servers.stdout is not None
         for line in self._servers.stdout:
-            self.lines.append(json.loads(line))
+            if line.startswith("{"):
+                self.lines.append(json.loads(line))
+            else:  # what went wrong with them
+                print(f"the servers said: {line.rstrip()}", flush=True)
 
     def between(self, start: float, end: float) -> list[dict[str, Any]]:
         """Those between two times of the clock [s], with times since the first."""

@@ -28,7 +28,7 @@ from kendon.features import observe
 from kendon.models import load_model
 from kendon.ros.dds import DdsNode
 from kendon.ros.ros2_transport import Offer
-from kendon.ros.ros2_types import BELIEF, TRANSFORMS
+from kendon.ros.ros2_types import TRANSFORMS
 from kendon.sources.bags import read_bag_people
 from kendon.sources.ros_bags import read_messages
 
@@ -45,16 +45,17 @@ class Witness:
 
     def follow(self) -> None:
         """Read what has come to be published."""
-        for topic, offer in self.node.offers().items():
+        for topic, offers in self.node.offers().items():
             if topic == "/tf" and not self.heads:
                 self.heads[0] = 0
                 self.node.subscribe(topic, Offer(TRANSFORMS, True, False), self._take_tf)
-            elif offer.kind == BELIEF and topic not in self.beliefs:
+            elif topic.endswith("/belief") and topic not in self.beliefs:
                 told = self.beliefs[topic] = []
 
                 def take(raw: bytes, message: Any, sent: int, told: Any = told) -> None:
                     told.append((_ns(message.header.stamp), time.time_ns(), message))
 
+                (offer,) = offers  # kendon alone tells it
                 self.node.subscribe(topic, offer, take)
 
     def _take_tf(self, raw: bytes, message: Any, sent: int) -> None:

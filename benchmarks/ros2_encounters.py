@@ -4,13 +4,17 @@
 
 A simulated person greets, in real time, a base like Nav2's that `kendon ros2` drives with the
 default tree. Each encounter is held against the same one in a single process: the phases that were
-read, and what the robot said, performed and showed. Printed are also how long after the face
-message that ends an interval its belief comes to the person's process, and what was lost.
+read; what the robot said, performed and showed, in its order; where it was sent, and where it was
+to look. Drives and looks are sent again as the person moves, ten times a second: each one, in both
+directions, must have one of the other that holds at nearly the same time and place. Every
+difference is listed. Printed are also how long after the face message that ends an interval its
+belief comes to the person's process, and what was lost.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import subprocess
 import sys
@@ -20,7 +24,7 @@ from contextlib import ExitStack
 from functools import partial
 from itertools import groupby, pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from ros2_peers import CLOCK, LOOPBACK, ODOMETRY, free_domain, peer, reached, until
@@ -30,6 +34,8 @@ from kendon.geometry import ORIGIN, Pose2D, quaternion_yaw, wrap_angle
 from kendon.greeter import FORGOTTEN, Encounter, Greeter
 from kendon.robots.base import CommandKind
 from kendon.ros.dds import DdsNode
+from kendon.ros.ros2_robot import POINT, POSE
+from kendon.ros.ros2_settings import Ros2Settings
 from kendon.ros.ros2_transport import Offer
 from kendon.ros.ros2_types import (
     BELIEF,
@@ -47,12 +53,59 @@ from kendon.sources.ros_faces import fill_face
 from kendon.sources.ros_stamps import nanoseconds
 
 _NANO = 10**9
-#: Commands whose order tells what the robot answered; drives and looks are sent again and again.
+#: Commands whose order tells what the robot answered.
 ANSWERS = {
     CommandKind.GESTURE: "/gesture",
     CommandKind.SAY: "/say",
     CommandKind.EXPRESS: "/expression",
 }
+GOAL, LOOK = "/goal_pose", "/look_at"
+#: Drives and looks are the same so near to each other in time [s]: a base over ROS 2 has arrived
+#: when it has stood for 0.3 s, and a tick is 0.1 s.
+NEAR_TIME = 0.4
+#: And within the tolerances that Nav2 reaches goals with [m], [rad]: the person answers to where
+#: the robot is, and the robot to where the person is.
+NEAR_PLACE, NEAR_YAW = Ros2Settings().position_tolerance, Ros2Settings().yaw_tolerance
+#: A goal so near to where the base is, in metres and radians, tells it to stand. It is where the
+#: base happens to be.
+STANDS = 0.1
+
+
+class Aim(NamedTuple):
+    """Where the base or the head was sent, as seen from where the robot stood at the start."""
+
+    t: float  # [s], since the first frame
+    place: tuple[float, ...]  # x, y of a base; x, y, z of a look [m]
+    yaw: float = 0.0  # [rad]
+
+    def __str__(self) -> str:
+        place = ", ".join(f"{value:.2f}" for value in (*self.place, self.yaw))
+        return f"({place}) at {self.t:.2f} s"
+
+    def off(self, other: Aim) -> float:
+        """How far it is from another one [m]."""
+        return math.dist(self.place, other.place)
+
+    def near(self, other: Aim) -> bool:
+        """Whether both are the same."""
+        turned = abs(wrap_angle(self.yaw - other.yaw))
+        return self.off(other) <= NEAR_PLACE and turned <= NEAR_YAW
+
+    def stands(self, base: Pose2D) -> bool:
+        """Whether it only tells a base to stand."""
+        turned = abs(wrap_angle(self.yaw - base.yaw))
+        return math.dist(self.place, base[:2]) <= STANDS and turned <= STANDS
+
+
+class Course(NamedTuple):
+    """What is held against each other of an encounter."""
+
+    phases: list[int]
+    answers: list[str]
+    drives: list[Aim]
+    looks: list[Aim]
+    end: Pose2D  # of the robot
+    seconds: float  # that it took
 
 
 class Stage:
@@ -67,21 +120,24 @@ class Stage:
         self.stamps: list[int] = []  # of the beliefs [ns]
         self.phases: list[int] = []
         self.answers: list[str] = []
+        self.drives: list[Aim] = []
+        self.looks: list[Aim] = []
         self._person = ""
+        self._home, self._begin = ORIGIN, 0  # where the robot stood, and when [ns]
         for topic, kind in (("/clock", CLOCK), ("/faces", FACE)):
             self.node.advertise(topic, kind)
         self._read("/odom", ODOMETRY, self._take_pose)
         for topic in ANSWERS.values():
             self._read(topic, STRING, partial(self._take_answer, topic))
+        self._read(GOAL, POSE, self._take_goal)
+        self._read(LOOK, POINT, self._take_look)
 
-    def play(self, name: str, number: int) -> None:
-        """Somebody plays a script, in real time."""
-        self.phases.clear()
-        self.answers.clear()
-        self.sent.clear()
-        self.stamps.clear()
+    def play(self, name: str, number: int) -> Course:
+        """Somebody plays a script, in real time, and rests; what came of it."""
+        for old in (self.phases, self.answers, self.sent, self.stamps, self.drives, self.looks):
+            old.clear()
         person = SimulatedPerson(script(name))
-        home, begin = self.pose, time.time_ns()
+        home, begin = self._home, self._begin = self.pose, time.time_ns()
         self._person = str(number)
         self._follow()
         while not person.finished:
@@ -89,6 +145,12 @@ class Stage:
             self._wait(due)
             self._tell(person, due, home)
             person.step(in_frame_of(home, self.pose))
+        end = in_frame_of(home, self.pose)
+        self.rest(0.5)
+        phases = [phase for phase, _ in groupby(self.phases)]
+        return Course(
+            phases, list(self.answers), list(self.drives), list(self.looks), end, person.t
+        )
 
     def rest(self, seconds: float) -> None:
         """Nobody is there."""
@@ -132,9 +194,26 @@ class Stage:
     def _take_answer(self, topic: str, raw: bytes, message: Any, sent: int) -> None:
         self.answers.append(f"{topic[1:]} {message.data}")
 
+    def _take_goal(self, raw: bytes, message: Any, sent: int) -> None:
+        goal = in_frame_of(self._home, pose_of(message.pose))
+        drive = Aim(self._now(), goal[:2], goal.yaw)
+        if not drive.stands(in_frame_of(self._home, self.pose)):
+            self.drives.append(drive)
+
+    def _take_look(self, raw: bytes, message: Any, sent: int) -> None:
+        point = message.point
+        self.looks.append(Aim(self._now(), self._home.to_local((point.x, point.y, point.z))))
+
+    def _now(self) -> float:
+        return (time.time_ns() - self._begin) / _NANO
+
     def _take_pose(self, raw: bytes, message: Any, sent: int) -> None:
-        p, q = message.pose.pose.position, message.pose.pose.orientation
-        self.pose = Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w)))
+        self.pose = pose_of(message.pose.pose)
+
+
+def pose_of(message: Any) -> Pose2D:
+    p, q = message.position, message.orientation
+    return Pose2D(p.x, p.y, quaternion_yaw((q.x, q.y, q.z, q.w)))
 
 
 def point(x: float, y: float, z: float) -> Any:
@@ -147,27 +226,118 @@ def in_frame_of(home: Pose2D, pose: Pose2D) -> Pose2D:
     return Pose2D(x, y, wrap_angle(pose.yaw - home.yaw))
 
 
-def in_one_process(name: str) -> tuple[list[int], list[str]]:
-    """The phases, and the robot's answers."""
+def in_one_process(name: str) -> Course:
+    """The same person before the robot with ideal kinematics."""
     encounter = Encounter(name)
     for moment in Greeter(open_source(f"simulated:{name}")).run():
         encounter.add(moment)
-    answers = []
+    places = [(moment.t, moment.robot) for moment in encounter.moments]
+    answers, drives, looks = [], [], []
     for action in encounter.actions:
-        asked = action.command.asked
-        kind = action.command.kind
-        if kind is CommandKind.EXPRESS:
-            answers.append(f"expression {asked['expression']} {asked['intensity']:g}")
-        elif kind in ANSWERS:
-            answers.append(f"{ANSWERS[kind][1:]} {asked.get('name') or asked['text']}")
-    return [phase.value for phase in encounter.phases], answers
+        command, asked = action.command, action.command.asked
+        here = place_at(places, command.issued)
+        match command.kind:
+            case CommandKind.EXPRESS:
+                answers.append(f"expression {asked['expression']} {asked['intensity']:g}")
+            case CommandKind.GESTURE | CommandKind.SAY:
+                topic = ANSWERS[command.kind][1:]
+                answers.append(f"{topic} {asked.get('name') or asked['text']}")
+            case CommandKind.LOOK_AT:
+                looks.append(Aim(command.issued, asked["point"]))
+            case CommandKind.GO_TO:
+                goal = command.sent["goal"]
+                drives.append(Aim(command.issued, goal[:2], goal.yaw))
+            case CommandKind.TURN_TO:
+                drives.append(Aim(command.issued, here[:2], asked["yaw"]))
+    drives = [drive for drive in drives if not drive.stands(place_at(places, drive.t))]
+    phases = [phase.value for phase in encounter.phases]
+    return Course(phases, answers, drives, looks, places[-1][1], places[-1][0])
+
+
+def place_at(places: list[tuple[float, Pose2D]], t: float) -> Pose2D:
+    """Where the robot was at a time [s]."""
+    return next((pose for when, pose in places if when >= t), places[-1][1])
+
+
+class Figures:
+    """What all encounters come to."""
+
+    def __init__(self) -> None:
+        self.count = self.phases = self.answers = self.drives = self.looks = 0
+        self.told = self.missing = 0  # beliefs
+        self.off: dict[str, list[float]] = {"drives": [], "looks": []}  # [m], from one process
+        self.apart: list[float] = []  # [s], after one process, of drives and looks
+        self.ends: list[float] = []  # [m], between the places the robot ended in
+
+    def compare(self, title: str, over: Course, inside: Course) -> None:
+        """Add an encounter, and list how it differs from that of one process."""
+        self.count += 1
+        self.phases += over.phases == inside.phases
+        self.answers += over.answers == inside.answers
+        for what in ("phases", "answers"):
+            one, two = getattr(over, what), getattr(inside, what)
+            if one != two:
+                print(f"{title}: {what} {one}, in one process {two}")
+        self.drives += self._aims(f"{title}: drive", "drives", over, inside)
+        self.looks += self._aims(f"{title}: look", "looks", over, inside)
+        self.ends.append(math.dist(over.end[:2], inside.end[:2]))
+
+    def _aims(self, title: str, what: str, over: Course, inside: Course) -> bool:
+        """Whether each drive, or look, has its like in the other encounter."""
+        same = True
+        for mine, others, where in (
+            (getattr(over, what), getattr(inside, what), "over ROS 2, not in one process"),
+            (getattr(inside, what), getattr(over, what), "in one process, not over ROS 2"),
+        ):
+            lonely = []
+            for aim in mine:
+                if aim.t > inside.seconds - NEAR_TIME:
+                    continue  # its like may lie after the end
+                before = [other for other in others if other.t < aim.t - NEAR_TIME]
+                near = [other for other in others if abs(other.t - aim.t) <= NEAR_TIME]
+                # The last one before that time holds still.
+                like = [other for other in (*before[-1:], *near) if aim.near(other)]
+                if not like:
+                    lonely.append(aim)
+                elif mine is getattr(over, what):
+                    best = min(like, key=aim.off)
+                    self.off[what].append(aim.off(best))
+                    self.apart.append(aim.t - best.t)
+            if lonely:
+                same = False
+                listed = ", ".join(map(str, lonely[:3]))
+                print(f"{title} {where}: {len(lonely)} of {len(mine)}: {listed}")
+        return same
+
+    def print(self, delays: list[float]) -> None:
+        """Print them."""
+        late = 1000 * np.array(delays)
+        print(
+            f"  {self.phases} of {self.count} with the phases of one process, {self.answers} with"
+            f" its answers, {self.drives} with its drives, {self.looks} with its looks"
+        )
+        for what, off in self.off.items():
+            far = 100 * np.array(off)
+            print(
+                f"  {len(off)} {what} off those of one process: median {np.median(far):.1f} cm,"
+                f" at most {far.max():.1f} cm"
+            )
+        apart = 1000 * np.array(self.apart)
+        print(f"  after those of one process: median {np.median(apart):.0f} ms")
+        print(f"  the robot ends at most {100 * max(self.ends):.1f} cm from where it does in one")
+        print(f"  beliefs told {self.told}, missing between them {self.missing}")
+        print(
+            f"  belief after face: median {np.median(late):.1f} ms, 95 % below"
+            f" {np.quantile(late, 0.95):.1f} ms, at most {late.max():.0f} ms",
+            flush=True,
+        )
 
 
 def measure(encounters: int) -> None:
     domain = free_domain()
     names = list(SCRIPTS)
     expected = {name: in_one_process(name) for name in names}
-    same_phases = same_answers = told = missing = 0
+    figures = Figures()
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         said = stack.enter_context(tempfile.TemporaryFile("w+"))
@@ -185,24 +355,13 @@ def measure(encounters: int) -> None:
         stage.rest(2.0)
         for number in range(encounters):
             name = names[number % len(names)]
-            phases, answers = expected[name]
-            stage.play(name, number)
-            began = stage.sent[0][0]
-            stage.rest(0.5)
-            read = [phase for phase, _ in groupby(stage.phases)]
-            same_phases += read == phases
-            same_answers += stage.answers == answers
-            told += len(stage.stamps)
-            missing += sum(
-                round((b - a) / _NANO / PERIOD) - 1 for a, b in pairwise([began, *stage.stamps])
-            )
-            if read != phases:
-                print(f"{number} {name}: phases {read}, in one process {phases}")
-            if stage.answers != answers:
-                print(f"{number} {name}: answers {stage.answers}, in one process {answers}")
-            if (number + 1) % 10 == 0:
+            figures.compare(f"{number} {name}", stage.play(name, number), expected[name])
+            ends = [stage.sent[0][0], *stage.stamps]
+            figures.told += len(stage.stamps)
+            figures.missing += sum(round((b - a) / _NANO / PERIOD) - 1 for a, b in pairwise(ends))
+            if (number + 1) % 10 == 0 or number + 1 == encounters:
                 print(f"after {number + 1} encounters:", flush=True)
-                report(stage.delays, number + 1, same_phases, same_answers, told, missing)
+                figures.print(stage.delays)
             stage.rest(FORGOTTEN + 0.5)  # the greeting is over
         kendon.terminate()
         kendon.wait()
@@ -210,19 +369,6 @@ def measure(encounters: int) -> None:
         print(f"faces sent {stage.count}, heard {heard}, lost {stage.count - heard}")
         said.seek(0)
         print("kendon had said:", said.read().strip(), sep="\n")
-
-
-def report(
-    delays: list[float], encounters: int, phases: int, answers: int, told: int, missing: int
-) -> None:
-    late = 1000 * np.array(delays)
-    print(f"  {phases} of {encounters} with the phases of one process, {answers} with its answers")
-    print(f"  beliefs told {told}, missing between them {missing}")
-    print(
-        f"  belief after face: median {np.median(late):.1f} ms, 95 % below"
-        f" {np.quantile(late, 0.95):.1f} ms, at most {late.max():.0f} ms",
-        flush=True,
-    )
 
 
 def main() -> None:

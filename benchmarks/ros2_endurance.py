@@ -4,8 +4,9 @@
 
 This process is the cameras: of everybody it tells face, gaze and Action Units, and each minute
 somebody goes and somebody else comes. A robot's look-alike is a second process, `kendon ros2` the
-third. Printed are, minute by minute, kendon's memory and share of a core, how long after the
-transforms that end an interval its belief comes here, and how many did not come. Then the robot is
+third. Printed are, minute by minute, how often everybody was really told of, kendon's memory and
+share of a core, how long after the transforms that end an interval its belief comes here, and how
+many did not come. Then the robot is
 killed and started again, then the cameras: whether commands and beliefs come again.
 """
 
@@ -35,6 +36,8 @@ UNITS = "hri_msgs/msg/FacialActionUnits"
 RATE = 30
 #: The camera's optical frame in the robot's base: z ahead, x to the right.
 CAMERA = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
+#: How kendon tells them.
+_BELIEFS = Offer(BELIEF, reliable=True, latched=False)
 _NANO = 10**9
 
 
@@ -111,23 +114,17 @@ class Camera:
             self.node.publish_raw(f"/humans/faces/{name}/facs", UNITS, raw)
         self.node.spin(0.0)
 
-    def _tell_transform(self) -> None:
-        raw = bytes(type_store().serialize_cdr(self._tf, TRANSFORMS))
-        self.node.publish_raw("/tf", TRANSFORMS, raw)
-
     def follow(self) -> None:
         """Read the beliefs that have come to be told."""
-        offers = self.node.offers()
-        for topic, offer in offers.items():
-            if offer.kind == BELIEF and topic not in self._read:
-                self._read.add(topic)
-                self.node.subscribe(topic, offer, partial(self._take, topic))
-        for topic in self._read - offers.keys():
-            self._read.discard(topic)
-            self.node.unsubscribe(topic)
+        told = {topic for topic in self.node.offers() if topic.endswith("/belief")}
+        for topic in told - self._read:
+            self.node.subscribe(topic, _BELIEFS, partial(self._take, topic))
+        for topic in self._read - told:
+            self.node.unsubscribe(topic, _BELIEFS)
+        self._read = told
 
-    def run(self, seconds: float) -> None:
-        """Tell of people for a while."""
+    def run(self, seconds: float) -> float:
+        """Tell of people for a while; how often a second that was."""
         begin, frames = time.monotonic(), 0
         while (passed := frames / RATE) < seconds:
             while (left := begin + passed - time.monotonic()) > 0:
@@ -136,6 +133,7 @@ class Camera:
             frames += 1
             if frames % RATE == 0:
                 self.follow()
+        return frames / (time.monotonic() - begin)
 
     def _take(self, topic: str, raw: bytes, message: Any, sent: int) -> None:
         now = time.time_ns()
@@ -192,20 +190,21 @@ def measure(minutes: int, people: int, robot: str) -> None:
             camera.node.spin(0.1)
         wait(camera, "first belief", lambda: camera.stamps)
         print(
-            "minute  memory [MB]  core  belief after face [ms]: median  99 %  max  beliefs  missing"
+            "minute  rate [Hz]  memory [MB]  core  belief after face [ms]: median  99 %  max "
+            " beliefs  missing"
         )
         for minute in range(minutes):
             _, before = memory_and_work(kendon.pid)
             camera.delays.clear()
             camera.missing = 0
-            camera.run(60)
+            rate = camera.run(60)
             camera.replace(first=True)
             memory, work = memory_and_work(kendon.pid)
             late = 1000 * np.array(camera.delays)
             print(
-                f"{minute + 1:6} {memory:12.1f} {(work - before) / 60:5.2f} {np.median(late):31.1f}"
-                f" {np.quantile(late, 0.99):5.0f} {late.max():4.0f} {len(late):8}"
-                f" {camera.missing:8}",
+                f"{minute + 1:6} {rate:10.2f} {memory:12.1f} {(work - before) / 60:5.2f}"
+                f" {np.median(late):31.1f} {np.quantile(late, 0.99):5.0f} {late.max():4.0f}"
+                f" {len(late):8} {camera.missing:8}",
                 flush=True,
             )
         camera.commands = 0

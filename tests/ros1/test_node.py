@@ -15,6 +15,7 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 import pytest
+from ros1.human_topics import HumanTopics
 from ros1.ros1_world import Master, require_ros1, tells, wait_for
 
 from kendon.greeter import Encounter, Greeter
@@ -22,6 +23,7 @@ from kendon.phases import Phase
 from kendon.ros.ros1.environment import messages, ros_module
 from kendon.simulation import SimulatedPerson, script
 from kendon.sources import open_source
+from kendon.sources.ros_bags import read_messages
 from kendon.sources.ros_faces import fill_face
 
 CLI = "from kendon.cli import main; main()"
@@ -275,6 +277,7 @@ def test_mistakes_are_one_sentence(master: Master) -> None:
     cases = {
         ("--model", "nobody", "__name:=unknown"): "there is no model 'nobody'",
         ("_patience:=-1", "__name:=impatient"): "patience is a positive number of seconds",
+        ("_modle:=kendon",): "there is no parameter of the node 'modle'; valid: part, input,",
         ("faces",): "'faces' is neither an option nor a remapping",
         ("--robot-face", "1,2"): "robot_face is X,Y,Z in metres, not '1,2'",
         (
@@ -309,39 +312,6 @@ def test_without_a_master_it_says_how_to_start_one(master: Master) -> None:
     )
 
 
-def facial_units() -> tuple[Any, Any]:
-    """A class of hri_msgs/FacialActionUnits for rospy, and what makes one of a stamp and a smile.
-
-    It has a field more than the one that kendon knows, as another version of hri_msgs might.
-    """
-    typesys = pytest.importorskip("rosbags.typesys")
-    name = "hri_msgs/msg/FacialActionUnits"
-    text = "std_msgs/Header header\nfloat32[99] intensity\nfloat32[99] confidence\nuint8 more\n"
-    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
-    store.register(typesys.get_types_from_msg(text, name))
-    definition, md5 = store.generate_msgdef(name, ros_version=1)
-    types = store.types
-
-    class Units(ros_module("genpy").Message):  # type: ignore[misc]
-        _type, _md5sum, _full_text = "hri_msgs/FacialActionUnits", md5, definition
-        _has_header = False  # rospy would count messages in it
-        __slots__ = ("data",)
-        _slot_types = ("string",)
-
-        def serialize(self, buffer: Any) -> None:
-            buffer.write(self.data)
-
-    def make(stamp: int, smile: float) -> Any:
-        time = types["builtin_interfaces/msg/Time"](stamp // 10**9, stamp % 10**9)
-        intensity = np.zeros(99, dtype=np.float32)
-        intensity[[1, 6, 12]] = 5.0, smile, smile  # the first tells of the scale
-        header = types["std_msgs/msg/Header"](0, time, "")
-        sure = np.ones(99, dtype=np.float32)
-        return Units(bytes(store.serialize_ros1(types[name](header, intensity, sure, 0), name)))
-
-    return Units, make
-
-
 def test_people_of_ros4hri_are_read_recorded_and_read_again(
     master: Master, ends: Ends, tmp_path: Path
 ) -> None:
@@ -349,31 +319,15 @@ def test_people_of_ros4hri_are_read_recorded_and_read_again(
     from kendon.ros.ros1.record import replay
 
     rospy, path = ros_module("rospy"), tmp_path / "hall.bag"
-    transforms, one = ros_module("tf2_msgs.msg").TFMessage, ros_module("geometry_msgs.msg")
-    made, message_of = facial_units()
-    frames = rospy.Publisher("/tf", transforms, queue_size=100)
-    units = rospy.Publisher("/humans/faces/ab/facs", made, queue_size=100)
-
-    def frame(parent: str, child: str, stamp: Any, place: Any, turn: Any) -> Any:
-        told = one.TransformStamped()
-        told.header.stamp, told.header.frame_id, told.child_frame_id = stamp, parent, child
-        told.transform.translation = one.Vector3(*place)
-        told.transform.rotation = one.Quaternion(*turn)
-        return told
-
-    with node(master, "--part", "reading", "--input", "humans", "--record", str(path)) as process:
+    topics = HumanTopics("/camera/tf")
+    options = ("--part", "reading", "--input", "humans", "--record", str(path))
+    with node(master, *options, "/tf:=/camera/tf") as process:
         wait_for(lambda: all(tells("/kendon", t) for t in ("/belief", "/state")), "the node", 60)
-        wait_for(lambda: units.get_num_connections() and frames.get_num_connections(), "its ears")
+        wait_for(topics.connected, "its ears")
         person = SimulatedPerson(script("short"))
         start = rospy.get_time()
         while not person.finished:
-            stamp = rospy.Time.from_sec(start + person.t)
-            seen = person.frame()
-            units.publish(message_of(stamp.to_nsec(), seen.smile))
-            frames.publish(transforms([
-                frame("base_footprint", "face_ab", stamp, seen.head, seen.head_rotation),
-                frame("face_ab", "gaze_ab", stamp, (0, 0, 0), (-0.5, 0.5, -0.5, 0.5)),
-            ]))  # fmt: skip
+            topics.tell(person.frame(), rospy.Time.from_sec(start + person.t))
             person.step()
             threading.Event().wait(0.01)
         wait_for(lambda: len(ends.beliefs) >= 5 * (person.t - 1), "its beliefs")
@@ -381,10 +335,10 @@ def test_people_of_ros4hri_are_read_recorded_and_read_again(
         assert process.wait(20) == 0
         assert process.stdout is not None
         assert "All that was heard and told is in" in process.stdout.read()
-    for end in (frames, units):
-        end.unregister()
+    topics.close()
     told = [one.moment.belief for one in replay(path) if one.moment.is_new]
     assert [b.probabilities.tolist() for b in told if b] == [
         list(b.probabilities) for b in ends.beliefs
     ]
     assert max(o.smile for o in ends.observations) == pytest.approx(2.0, abs=0.1)
+    assert "/tf" in {topic for topic, _, _ in read_messages(path, lambda _: True)}

@@ -34,7 +34,7 @@ class Other:
 
     def waits_for(self, what: str) -> None:
         """Wait until it has told that it heard of the node."""
-        wait_for(lambda: any(line.get("beliefs", 1) for line in self.told), what, 60)
+        wait_for(lambda: any(any(line.values()) for line in self.told), what, 60)
 
     @staticmethod
     def _read(process: subprocess.Popen[str], told: list[dict[str, Any]]) -> None:
@@ -72,4 +72,26 @@ def test_all_but_the_node_may_die_and_come_back(own: Master) -> None:
             other.start()
         for other, what in ((base, "a drive"), (rest, "looks and words"), (peer, "beliefs")):
             other.waits_for(f"{what} after the end and a new beginning")
+        assert node.poll() is None
+
+
+def test_people_of_ros4hri_are_heard_though_the_master_goes_and_comes(own: Master) -> None:
+    pytest.importorskip("rosbags")
+    with ExitStack() as stack:
+        people = Other(own, stack, str(HERE / "human_topics.py"), "0.5")
+        command = ("ros1", "--part", "reading", "--input", "humans", "--quiet")
+        node = stack.enter_context(own.running("-c", CLI, *command))
+        people.waits_for("smiles")
+        own.stop()
+        own.start()
+        assert node.stdout is not None
+        while "is registered with a new master" not in (line := node.stdout.readline()):
+            assert line
+        # The new master knows nothing of who has told until now, but they are still connected.
+        before = len(people.told)
+        # What was under way until then is no more than three.
+        wait_for(lambda: sum(line["smiles"] for line in people.told[before:]) > 12, "smiles")
+        people.kill()
+        people.start()
+        people.waits_for("smiles after the end and a new beginning")
         assert node.poll() is None

@@ -94,9 +94,13 @@ class Server:
         self.begin(handle)
 
     def cancel(self, handle: Any) -> None:
-        if handle == self.running:
+        if self.is_running(handle):
             self.running = None
             handle.set_canceled()
+
+    def is_running(self, handle: Any) -> bool:
+        """Whether a goal is the one under way; actionlib's handles cannot be compared with None."""
+        return self.running is not None and bool(handle == self.running)
 
     def begin(self, handle: Any) -> None:
         threading.Thread(target=self.carry_out, args=(handle,), daemon=True).start()
@@ -170,7 +174,7 @@ class IdealServer(Server):
         self.body.asked.put(lambda: self.end(handle))
 
     def end(self, handle: Any) -> None:
-        if handle == self.running and self.command is not None:
+        if self.is_running(handle) and self.command is not None:
             self.command.cancel()
             tell("cancel", self.name)
         super().cancel(handle)

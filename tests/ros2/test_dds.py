@@ -14,6 +14,7 @@ from ros2_peers import LOOPBACK, free_domain, until
 from kendon.errors import KendonError, MissingExtraError, ParameterError
 from kendon.ros.dds import DdsNode
 from kendon.ros.dds_types import dds_name, ros_name
+from kendon.ros.ros2_transport import Offer
 from kendon.ros.ros2_types import BELIEF, STRING, build, type_store
 
 
@@ -30,7 +31,8 @@ def read(node: DdsNode, topic: str) -> list[Any]:
     """What a node hears on a topic, which it reads as it is offered."""
     heard: list[Any] = []
     until(node, lambda: topic in node.offers())
-    node.subscribe(topic, node.offers()[topic], lambda _raw, message, _sent: heard.append(message))
+    (offer,) = node.offers()[topic]
+    node.subscribe(topic, offer, lambda _raw, message, _sent: heard.append(message))
     return heard
 
 
@@ -52,7 +54,7 @@ def test_who_comes_late_hears_what_is_latched(nodes: tuple[DdsNode, DdsNode]) ->
     other.advertise("/tf_static", STRING, latched=True)
     other.publish("/tf_static", STRING, {"data": "still here"})
     heard = read(mine, "/tf_static")
-    assert mine.offers()["/tf_static"].latched
+    assert mine.offers()["/tf_static"] == {Offer(STRING, True, True)}
     until(mine, lambda: heard)
     assert heard[0].data == "still here"
 

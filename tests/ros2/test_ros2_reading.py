@@ -11,7 +11,6 @@ import pytest
 
 pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")
 
-from kendon.errors import DataError
 from kendon.features import Sampler
 from kendon.models import Belief, load_model
 from kendon.observations import Observation
@@ -19,7 +18,7 @@ from kendon.person import PersonFrame
 from kendon.phases import Phase
 from kendon.ros.ros2_reading import Engagement, PeopleReader, Told, engagement
 from kendon.ros.ros2_record import Recorder
-from kendon.ros.ros2_types import FACE, STRING, build, header_fields, type_store
+from kendon.ros.ros2_types import FACE, STRING, TRANSFORMS, build, header_fields, type_store
 from kendon.sources.ros_bags import read_messages
 
 SECOND = 10**9
@@ -112,9 +111,12 @@ def test_a_face_in_another_frame_is_left_out_and_said() -> None:
     assert "base_footprint or base_link, not in 'camera'" in reader.notes[0]
 
 
-def test_messages_of_another_kind_are_refused() -> None:
-    with pytest.raises(DataError, match="/tf are not those of REP-155"):
-        PeopleReader(load_model()).hear("/tf", build(STRING, {}), EPOCH)
+def test_messages_of_another_kind_are_left_out_and_said() -> None:
+    reader = PeopleReader(load_model())
+    for i in range(3):
+        assert reader.hear("/tf", build(STRING, {}), EPOCH + i) == []
+    (note,) = reader.notes
+    assert note.startswith("A message of /tf is left out: it is none as it should be")
 
 
 def test_engagement_follows_phase_and_gaze() -> None:
@@ -150,3 +152,25 @@ def test_a_recording_is_there_when_it_is_finished(tmp_path: Path) -> None:
 def test_a_recording_of_nothing_is_none(tmp_path: Path) -> None:
     Recorder(tmp_path / "x.mcap").close()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_last_frames_of_somebody_count_though_only_time_ends_their_interval() -> None:
+    """However the steps of time lie to the stamps."""
+    model = load_model()
+    for shift in (0, 1, 50_000_000, 99_999_999):
+        reader, told = PeopleReader(model), []
+        for i in range(90):
+            stamp = EPOCH + shift + i * SECOND // 30
+            pose = {"translation": {"x": 3.0, "z": 1.6}, "rotation": {"z": 1.0}}
+            header = header_fields(stamp, "base_footprint")
+            one = {"header": header, "child_frame_id": "face_a", "transform": pose}
+            gaze = {"header": header_fields(stamp, "face_a"), "child_frame_id": "gaze_a"}
+            turn = {"transform": {"rotation": {"w": 1.0}}}
+            message = build(TRANSFORMS, {"transforms": [one, {**gaze, **turn}]})
+            told += reader.hear("/tf", message, stamp)
+        told += reader.pass_time(stamp + SECOND)
+        assert reader.frames == 90
+        ends = [round((one.stamp - EPOCH - shift) / SECOND, 3) for one in told]
+        assert ends[:15] == [round(0.2 * i, 3) for i in range(1, 16)]
+        assert told[14].observation is not None
+        assert told[14].observation.distance == 3.0

@@ -14,7 +14,9 @@ from bag_files import Transform, write_bag
 from ros2.wire import STEP, Wire, World
 from ros2_peers import DRIVING_TREE
 
+from kendon.geometry import Pose2D
 from kendon.models import load_model
+from kendon.robots.base import CommandStatus
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement
 from kendon.ros.ros2_robot import Ros2Robot
@@ -82,8 +84,10 @@ def test_a_base_that_vanishes_ends_in_a_stated_failure_and_is_driven_when_it_is_
 ) -> None:
     life.until(life.drives)
     life.world.base = False
+    life.world.wire.renamed = {"/cmd_vel"}
     life.until(life.stands, limit=1.0)  # it does not drive blind
-    life.until(lambda: any(c.reason.startswith("nobody has read") for c in life.robot.log))
+    why = "nobody has read /renamed/cmd_vel for"
+    life.until(lambda: any(c.reason.startswith(why) for c in life.robot.log))
     life.world.base = True
     life.until(life.drives)
 
@@ -200,3 +204,27 @@ def test_people_who_come_and_go_leave_nothing_behind(tmp_path: Path) -> None:
         node.reader.hear(topic, message, received)
         sizes.append((len(node.reader.people.log.transforms.frames), len(node.reader._readings)))
     assert max(sizes) <= (6, 2)
+
+
+def test_a_goal_that_is_followed_up_is_told_once_and_a_refused_one_ends_the_drive() -> None:
+    world = World()
+    node = Ros2Node(world.wire, load_model(), clock=world.wire.clock)
+    robot = Ros2Robot(world.wire, node.place, Ros2Settings(), clock=world.wire.clock)
+    steps = node.run()
+    for _ in range(5):
+        next(steps)
+    robot.update(0.1)
+    for x in (2.0, 2.5):
+        assert robot.go_to(Pose2D(x, 0.0, 0.0)).running
+    assert robot.turn_to(1.0).running
+    far = robot.go_to(Pose2D(1e6, 0.0, 0.0))
+    assert far.status is CommandStatus.FAILED
+    goals = [message.pose for message in world.wire.heard("/goal_pose")]
+    # The last is where the base is: nobody wants the drive before any more.
+    assert [goal.position.x for goal in goals] == [2.0, 2.5, 0.0, 0.0]
+    assert goals[2].orientation.z > 0.4
+    assert goals[3].orientation.z == 0.0
+    robot.go_to(Pose2D(2.0, 0.0, 0.0))
+    robot.stop()
+    assert [m.pose.position.x for m in world.wire.heard("/goal_pose")][4:] == [2.0, 0.0, 0.0]
+    steps.close()

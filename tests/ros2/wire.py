@@ -29,9 +29,10 @@ class Wire:
         self.world = world
         self.told: list[tuple[str, Any]] = []  # topic and message, by the node
         self.waiting: list[tuple[str, int, bytes, Any]] = []  # to the node
-        self.offered: dict[str, Offer] = {}
+        self.offered: dict[str, set[Offer]] = {}
         self.readers: dict[str, str] = {}
         self.closed = False
+        self.renamed: set[str] = set()
         self._callbacks: dict[str, Callback] = {}
 
     def clock(self) -> int:
@@ -39,7 +40,7 @@ class Wire:
 
     def tell(self, topic: str, kind: str, fields: Fields) -> None:
         """The world publishes a message, and is known to."""
-        self.offered.setdefault(topic, Offer(kind, True, False))
+        self.offered.setdefault(topic, {Offer(kind, True, False)})
         message = build(kind, fields)
         raw = bytes(type_store().serialize_cdr(message, kind))
         self.waiting.append((topic, self.now, raw, message))
@@ -48,7 +49,10 @@ class Wire:
         """What the node has told on a topic."""
         return [message for name, message in self.told if name == topic]
 
-    def offers(self) -> dict[str, Offer]:
+    def called(self, topic: str) -> str:
+        return f"/renamed{topic}" if topic in self.renamed else topic
+
+    def offers(self) -> dict[str, set[Offer]]:
         return dict(self.offered)
 
     def asked(self) -> dict[str, str]:
@@ -57,7 +61,7 @@ class Wire:
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
         self._callbacks[topic] = callback
 
-    def unsubscribe(self, topic: str) -> None:
+    def unsubscribe(self, topic: str, offer: Offer) -> None:
         del self._callbacks[topic]
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:

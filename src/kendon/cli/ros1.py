@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import fields
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
 
 from kendon.cli.options import note, out
-from kendon.greeter import describe
+from kendon.cli.robot_lines import RobotLines
+from kendon.errors import UnknownNameError
 from kendon.models import load_model
-from kendon.phases import Phase
-from kendon.robots.base import CHANNELS, Command, CommandStatus
-from kendon.ros.parts import Told
 from kendon.ros.ros1.connection import start_node
 from kendon.ros.ros1.environment import ros_module
 from kendon.ros.ros1.node import GreetingNode
 from kendon.ros.ros1.record import BagRecorder
 from kendon.ros.ros1.vizzy import Vizzy
 from kendon.ros.settings import Input, NodeSettings, Part, StateType
+from kendon.ros.stopping import Stopping
 from kendon.sources.ros_place import RobotPlace
 from kendon.trees import GreetingTree
 
@@ -83,7 +80,7 @@ def ros1_command(
         "face_height": face_height, "patience": patience,
     }  # fmt: skip
     chosen = {name: value for name, value in given.items() if value is not None}
-    _check(NodeSettings().with_values(chosen))
+    _check(NodeSettings().with_values(chosen), remappings or [])
     recorder = BagRecorder(record) if record else None
     try:
         start_node("kendon", remappings or [])
@@ -101,12 +98,18 @@ def ros1_command(
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-def _check(settings: NodeSettings) -> None:
+def _check(settings: NodeSettings, remappings: list[str]) -> None:
     """Tell a mistake before a master is looked for.
 
     Raises:
-        KendonError: the model or the tree cannot be read.
+        KendonError: a private parameter is none of the node's, or the model or the tree cannot be
+            read.
     """
+    names = [field.name for field in fields(NodeSettings)]
+    for given in remappings:
+        name = given.partition(":=")[0]
+        if name.startswith("_") and not name.startswith("__") and name[1:] not in names:
+            raise UnknownNameError("parameter of the node", name[1:], names)
     load_model(settings.model)
     if settings.tree:
         GreetingTree(Path(settings.tree))
@@ -114,57 +117,23 @@ def _check(settings: NodeSettings) -> None:
 
 def _run(node: GreetingNode, *, quiet: bool) -> None:
     """Run the node until a signal, and tell what it does."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        """Let the robot stop first; a second signal ends at once."""
-        del frame
-        signal.signal(number, signal.default_int_handler)
-        node.stop()
-
-    for number in (signal.SIGINT, signal.SIGTERM):  # roslaunch sends both
-        signal.signal(number, end)
-    shown = _Shown()
-    try:
-        for told in node.run():
-            if not quiet:
-                shown.show(told)
-        note("stopped")
-    except KeyboardInterrupt:
-        note("stopped at once; the robot may not have heard it")
-    finally:
-        ros_module("rospy").signal_shutdown("kendon ends")
-
-
-class _Shown:
-    """Prints phases and commands as they change; a drive is followed up ten times a second."""
-
-    def __init__(self) -> None:
-        self._phase: Phase | None = None
-        self._doing: dict[str, str] = {}  # by channel
-        self._going: list[Command] = []
-        self._failed: dict[str, str] = {}  # by channel, why the last command failed
-
-    def show(self, told: Told) -> None:
-        """Print what is new."""
-        phase = told.moment.belief.phase if told.moment.belief else None
-        if phase is not self._phase and phase is not None:
-            self._doing.clear()
-            out.print(f"{phase.name:<4}{phase.title}", highlight=False)
-        self._phase = phase
-        for command in told.moment.commands:
-            channel, what = CHANNELS[command.kind], describe(command)
-            if self._doing.get(channel) != what:
-                out.print(f"  robot  {what}", highlight=False)
-            self._doing[channel] = what
-            self._going.append(command)
-        for command in [command for command in self._going if not command.running]:
-            self._going.remove(command)
-            channel = CHANNELS[command.kind]
-            failed = command.reason if command.status is CommandStatus.FAILED else ""
-            if failed and failed != self._failed.get(channel):
-                note(f"{describe(command)} failed: {failed}")
-            if command.status is not CommandStatus.CANCELLED:
-                self._failed[channel] = failed
+    lines, before = RobotLines(), None
+    with Stopping(node.stop):  # the robot stops first
+        try:
+            for told in node.run():
+                if quiet:
+                    continue
+                phase = told.moment.belief.phase if told.moment.belief else None
+                if phase is not before and phase is not None:
+                    lines.begin()
+                    out.print(f"{phase.name:<4}{phase.title}", highlight=False)
+                before = phase
+                lines.show(told.moment.commands)
+            note("stopped")
+        except KeyboardInterrupt:
+            note("stopped at once; the robot may not have heard it")
+        finally:
+            ros_module("rospy").signal_shutdown("kendon ends")
 
 
 def _parameters() -> dict[str, Any]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import signal
+import contextlib
 import time
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -21,17 +20,18 @@ from kendon.cli.options import (
     point,
     source_options,
 )
+from kendon.cli.robot_lines import RobotLines
 from kendon.errors import DataError, ParameterError
 from kendon.models import DEFAULT_MODEL, load_model
 from kendon.phases import Phase
-from kendon.robots.base import Command, CommandStatus
 from kendon.ros.dds import DOMAINS, DdsNode
 from kendon.ros.ros2_names import remappings
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_reading import Engagement, Told
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
-from kendon.ros.ros2_settings import Drive, Ros2Settings
+from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
+from kendon.ros.stopping import Stopping
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
@@ -49,8 +49,6 @@ EPILOG = """
 """
 #: Whoever waits for nobody is told so after this [s].
 _SPEAKS_AFTER = 3.0
-#: Nobody waits longer for a message [s].
-MAX_LATENESS = 60.0
 
 
 def ros2_command(
@@ -97,10 +95,7 @@ def ros2_command(
         raise ParameterError(f"--domain lies between 0 and {DOMAINS[-1]}, not {domain}")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ParameterError(f"--seconds is more than 0, not {seconds:g}")
-    if not 0 < lateness <= MAX_LATENESS:
-        raise ParameterError(
-            f"--lateness is more than 0, and at most {MAX_LATENESS:g} s, not {lateness:g}"
-        )
+    check_lateness("--lateness", lateness)
     for option, given in (("--tree", tree), ("--leash", leash), ("--world", world or None)):
         if robot is None and given is not None:
             raise ParameterError(
@@ -119,83 +114,63 @@ def ros2_command(
     node = Ros2Node(
         transport, greeting_model, options=options, face=face, recorder=recorder, patience=lateness
     )
-    stop = _Stop()
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        if settings is not None:
-            greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
-            node.greet_with(greeter, behaviour)
-        _run(node, domain, seconds, stop)
-    except KeyboardInterrupt:
-        err.print("stopped at once", style="dim")
-    finally:
-        node.close()
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    with Stopping() as stop:
+        try:
+            if settings is not None:
+                greeter = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
+                node.greet_with(greeter, behaviour)
+            _run(node, domain, seconds, stop)
+        except KeyboardInterrupt:
+            err.print("stopped at once", style="dim")
+        finally:
+            node.close()
     if record and record.exists():
         out.print(f"All that was heard and told is in {record}.", highlight=False)
 
 
-class _Stop:
-    """Ctrl-C, and SIGTERM: the step in hand is finished, so that nothing is told by halves."""
-
-    def __init__(self) -> None:
-        self.asked = False
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Ask for it; the second time at once."""
-        if self.asked:
-            raise KeyboardInterrupt
-        self.asked = True
-
-
-def _run(node: Ros2Node, domain: int, seconds: float | None, stop: _Stop) -> None:
+def _run(node: Ros2Node, domain: int, seconds: float | None, stop: Stopping) -> None:
     began = time.monotonic()
     noted: set[str] = set()
     waiting = ""
     phases: dict[str, Phase] = {}
-    going: list[Command] = []
+    lines = RobotLines()
     note(f"on domain {domain}, until {'Ctrl-C' if seconds is None else f'{seconds:g} s are over'}")
-    for told, moments in node.run():
-        for one in told:
-            _show(one, phases)
-        for moment in moments:
-            for command in moment.commands:
-                out.print(f"  robot  {command}", highlight=False)
-                going.append(command)
-        for command in [command for command in going if not command.running]:
-            going.remove(command)
-            if command.status is CommandStatus.FAILED:
-                note(f"{command} failed: {command.reason}")
-        for sentence in node.notes:
-            if sentence not in noted:
-                noted.add(sentence)
-                note(sentence)
-        passed = time.monotonic() - began
-        if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
-            waiting = node.waiting
-            note(f"waiting: {waiting}")
-        if stop.asked:
-            err.print("stopped", style="dim")
-            break
-        if seconds is not None and passed >= seconds:
-            break
+    with contextlib.closing(node.run()) as steps:
+        for told, moments in steps:
+            for one in told:
+                if _show(one, phases) and one.name == node.reader.followed:
+                    lines.begin()
+            lines.show(command for moment in moments for command in moment.commands)
+            for sentence in node.notes:
+                if sentence not in noted:
+                    noted.add(sentence)
+                    note(sentence)
+            passed = time.monotonic() - began
+            if passed > _SPEAKS_AFTER and node.waiting not in ("", waiting):
+                waiting = node.waiting
+                note(f"waiting: {waiting}")
+            if stop.asked:
+                err.print("stopped", style="dim")
+                break
+            if seconds is not None and passed >= seconds:
+                break
     if node.late:
         note(f"frames left out as they came too late: {node.late}")
     if seconds is not None and node.waiting:
         raise DataError(node.waiting)
 
 
-def _show(told: Told, phases: dict[str, Phase]) -> None:
-    """Print a person's phase when it changes, and when they have gone."""
+def _show(told: Told, phases: dict[str, Phase]) -> bool:
+    """Print a person's phase when it changes, and when they have gone; whether one was."""
     if told.observation is None:
         if phases.pop(told.name, None):
             out.print(f"{told.name}  gone", highlight=False)
-        return
+        return False
     if told.belief is None or phases.get(told.name) is told.belief.phase:
-        return
+        return False
     phase = phases[told.name] = told.belief.phase
     level = Engagement(told.engagement).name.lower()
     line = Text(f"{told.name}  ")
     line.append(f"{phase.name}  {phase.title}", style=phase.color)
     out.print(line.append(f"  {level}", style="dim"))
+    return True

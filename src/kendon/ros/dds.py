@@ -30,7 +30,6 @@ _BLOCKS = 0.05
 class _Reader(NamedTuple):
     reader: Any
     unread: Any  # Cyclone's condition that something can be read
-    kind: str
     callback: Callback
 
 
@@ -81,13 +80,17 @@ class DdsNode:
         self._asked: dict[str, dict[Any, str]] = {}
         self._topics: dict[str, Any] = {}
         self._writers: dict[str, tuple[Any, str]] = {}
-        self._readers: dict[str, _Reader] = {}
+        self._readers: dict[tuple[str, Offer], _Reader] = {}
 
-    def offers(self) -> dict[str, Offer]:
-        """What others publish at present, by topic."""
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+        return self._names.get(topic, topic)
+
+    def offers(self) -> dict[str, set[Offer]]:
+        """What others publish at present, by topic: all the ways in which they do."""
         self._discover(self._discovery, self._note_offer, self._offers)
         self._count_lost()
-        return {topic: next(iter(found.values())) for topic, found in self._offers.items()}
+        return {topic: set(found.values()) for topic, found in self._offers.items()}
 
     def asked(self) -> dict[str, str]:
         """The topics that others read at present, and as what message type."""
@@ -100,7 +103,10 @@ class DdsNode:
         return {topic: next(iter(found.values())) for topic, found in self._asked.items()}
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
-        """Read a topic; `callback` is given its messages in `spin`."""
+        """Read what is published on a topic in one way, or in one that offers more.
+
+        `callback` is given its messages in `spin`.
+        """
         from cyclonedds.core import ReadCondition, SampleState
         from cyclonedds.sub import DataReader
 
@@ -108,11 +114,12 @@ class DdsNode:
         reader: Any = DataReader(self._participant, self._topic(topic, offer.kind), qos=qos)
         unread = ReadCondition(reader, SampleState.NotRead)
         self._wait.attach(unread)
-        self._readers[topic] = _Reader(reader, unread, offer.kind, callback)
+        self._readers[topic, offer] = _Reader(reader, unread, callback)
 
-    def unsubscribe(self, topic: str) -> None:
-        """Stop reading a topic."""
-        self._wait.detach(self._readers.pop(topic).unread)  # DDS closes what nobody refers to
+    def unsubscribe(self, topic: str, offer: Offer) -> None:
+        """Stop reading a topic in that way."""
+        # DDS closes what nobody refers to.
+        self._wait.detach(self._readers.pop((topic, offer)).unread)
         self._release(topic)
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
@@ -143,7 +150,9 @@ class DdsNode:
         try:
             writer.write(wrapped(self._topics[topic].data_type, raw))
         except DDSException as error:
-            raise KendonError(f"{topic} cannot be published ({_one_line(error)})") from None
+            raise KendonError(
+                f"{self.called(topic)} cannot be published ({_one_line(error)})"
+            ) from None
 
     def withdraw(self, topic: str) -> None:
         """Publish a topic no more."""
@@ -159,47 +168,56 @@ class DdsNode:
         else:
             time.sleep(seconds)
         came = []
-        for topic, one in self._readers.items():
+        for way, one in self._readers.items():
             samples = one.reader.take(N=READ_DEPTH)
             if len(samples) == READ_DEPTH:
-                self._note(f"Messages of {topic} come faster than they can be read: some are lost.")
+                self._note(
+                    f"Messages of {self.called(way[0])} come faster than they can be read: some are"
+                    " lost."
+                )
             came += [
-                (sample.sample_info.source_timestamp, topic, sample.raw)
+                (sample.sample_info.source_timestamp, way, sample.raw)
                 for sample in samples
                 if sample.sample_info.valid_data
             ]
         # Of what has come since the last time, on whatever topics, first what was sent first.
         came.sort(key=lambda sample: sample[0])
         store = type_store()
-        for sent, topic, raw in came:
-            if topic not in self._readers:
+        for sent, way, raw in came:
+            if way not in self._readers:
                 continue
-            _, _, kind, callback = self._readers[topic]
+            topic, (kind, *_) = way
             try:
                 message = store.deserialize_cdr(raw, kind)
             except Exception:  # a text that is no UTF-8, for one
                 self._note_misfit(topic, kind)
                 continue
-            callback(raw, message, sent)
+            self._readers[way].callback(raw, message, sent)
         return len(came)
 
     def close(self) -> None:
         """Leave the domain; others see at once that this node is gone."""
-        for topic in list(self._readers):
-            self.unsubscribe(topic)
+        for topic, offer in list(self._readers):
+            self.unsubscribe(topic, offer)
         self._writers.clear()
         self._topics.clear()
         del self._wait, self._discovery, self._readers_about, self._participant
 
     def _note_misfit(self, topic: str, kind: str) -> None:
-        self._note(f"Messages of {topic} do not fit {kind} as it is known here; they are left out.")
+        self._note(
+            f"Messages of {self.called(topic)} do not fit {kind} as it is known here; they are left"
+            " out."
+        )
 
     def _count_lost(self) -> None:
-        for topic, (reader, *_) in self._readers.items():
-            status = reader.get_sample_lost_status()
+        for (topic, _), one in self._readers.items():
+            status = one.reader.get_sample_lost_status()
             if status is not None and status.total_count_change:
                 self.lost += status.total_count_change
-                self._note(f"Messages of {topic} are lost on the way: too much for this computer?")
+                self._note(
+                    f"Messages of {self.called(topic)} are lost on the way: too much for this"
+                    " computer?"
+                )
 
     def _note(self, sentence: str) -> None:
         if sentence not in self.notes:
@@ -244,7 +262,7 @@ class DdsNode:
         return self._inner.get(name, f"{name} (not used)" if name in self._names else name)
 
     def _release(self, topic: str) -> None:
-        if topic not in self._writers and topic not in self._readers:
+        if topic not in self._writers and all(topic != read for read, _ in self._readers):
             self._topics.pop(topic, None)
 
     def _topic(self, name: str, kind: str) -> Any:
@@ -252,7 +270,7 @@ class DdsNode:
 
         if name not in self._topics:
             self._topics[name] = Topic(
-                self._participant, f"rt{self._names.get(name, name)}", sample_type(kind)
+                self._participant, f"rt{self.called(name)}", sample_type(kind)
             )
             prepare_codec(kind)
         return self._topics[name]

@@ -31,10 +31,11 @@ class HumansStream(PersonStream):
     Args:
         place: where the robot is.
         settings: what the user said.
+        topic: that of the transforms, for notes.
     """
 
-    def __init__(self, place: RobotPlace, settings: NodeSettings) -> None:
-        super().__init__(place, settings, "/tf")
+    def __init__(self, place: RobotPlace, settings: NodeSettings, topic: str) -> None:
+        super().__init__(place, settings, topic)
         camera = CameraMount(settings.robot_face)
         self._live = LivePeople(BagOptions(settings.base_frame or None, camera))
         self._ids: set[str] = set()  # all that the person who is followed goes by
@@ -101,5 +102,5 @@ def make_stream(place: RobotPlace, settings: NodeSettings, topic: str) -> Person
         topic: where the messages come from, for notes.
     """
     if settings.input is Input.HUMANS:
-        return HumansStream(place, settings)
+        return HumansStream(place, settings, topic)
     return PersonStream(place, settings, topic)

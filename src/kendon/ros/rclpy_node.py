@@ -6,27 +6,34 @@ is needed of it is written down here as protocols.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import math
 import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
-from kendon.errors import KendonError
-from kendon.models import DEFAULT_MODEL, load_model
+from kendon.errors import KendonError, ParameterError, UnknownNameError
+from kendon.geometry import Vec3
+from kendon.models import DEFAULT_MODEL, GreetingModel, load_model
 from kendon.phases import Phase
 from kendon.ros.ros2_node import Ros2Node
 from kendon.ros.ros2_record import Recorder
 from kendon.ros.ros2_robot import Ros2Robot
-from kendon.ros.ros2_settings import Drive, Ros2Settings
+from kendon.ros.ros2_settings import Drive, Ros2Settings, check_lateness
 from kendon.ros.ros2_transport import Callback, Fields, Offer
+from kendon.ros.stopping import Stopping
 from kendon.sources.bag_people import BagOptions
 from kendon.sources.live_people import PATIENCE
 from kendon.trees import GreetingTree
 
 #: What may be read; the graph of a big robot has hundreds of other topics.
 _HEARD = ("/humans/", "/tf", "/tf_static", "/faces", "/odom")
+#: A reader may take so long for the last message, which may be the robot's stop [s].
+_LAST_WORD = 1.0
 
 
 class EndpointInfo(Protocol):
@@ -48,6 +55,9 @@ class RclpyNode(Protocol):
 
     def declare_parameter(self, name: str, value: Any) -> Any:
         """Declare a parameter with its default; returns it."""
+
+    def resolve_topic_name(self, topic: str) -> str:
+        """What a topic is called after remappings."""
 
     def get_topic_names_and_types(self) -> Iterable[tuple[str, Sequence[str]]]:
         """All topics of the graph."""
@@ -93,19 +103,24 @@ class RclpyTransport:
         self._get_message = _module("rosidl_runtime_py.utilities").get_message
         self._set_fields = _module("rosidl_runtime_py.set_message").set_message_fields
         self._publishers: dict[str, Any] = {}
-        self._subscriptions: dict[str, Any] = {}
+        self._subscriptions: dict[tuple[str, Offer], Any] = {}
         self._count = 0  # of messages handed out
 
-    def offers(self) -> dict[str, Offer]:
-        """What others publish at present, by topic."""
-        found = {}
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+        return self._node.resolve_topic_name(topic)
+
+    def offers(self) -> dict[str, set[Offer]]:
+        """What others publish at present, by topic: all the ways in which they do."""
+        found: dict[str, set[Offer]] = {}
         for topic, _ in self._node.get_topic_names_and_types():
             if topic.startswith(_HEARD):
                 for info in self._others(self._node.get_publishers_info_by_topic(topic)):
                     profile = info.qos_profile
                     reliable = profile.reliability == self._qos.ReliabilityPolicy.RELIABLE
                     latched = profile.durability == self._qos.DurabilityPolicy.TRANSIENT_LOCAL
-                    found[topic] = Offer(info.topic_type, reliable, latched)
+                    offer = Offer(info.topic_type, reliable, latched)
+                    found.setdefault(topic, set()).add(offer)
         return found
 
     def asked(self) -> dict[str, str]:
@@ -117,21 +132,31 @@ class RclpyTransport:
         }
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
-        """Read a topic."""
+        """Read what is published on a topic in one way, or in one that offers more."""
         kind = self._get_message(offer.kind)
 
         def take(raw: bytes) -> None:
             self._count += 1
-            callback(raw, self._bytes.deserialize_message(raw, kind), 0)
+            try:
+                message = self._bytes.deserialize_message(raw, kind)
+            except Exception:  # whatever a middleware raises for bytes that are no message
+                sentence = (
+                    f"Messages of {self.called(topic)} do not fit {offer.kind} as it is known here;"
+                    " they are left out."
+                )
+                if sentence not in self.notes:
+                    self.notes.append(sentence)
+                return
+            callback(raw, message, 0)
 
         qos = self._profile(500, reliable=offer.reliable, latched=offer.latched)
-        self._subscriptions[topic] = self._node.create_subscription(
+        self._subscriptions[topic, offer] = self._node.create_subscription(
             kind, topic, take, qos, raw=True
         )
 
-    def unsubscribe(self, topic: str) -> None:
-        """Stop reading a topic."""
-        self._node.destroy_subscription(self._subscriptions.pop(topic))
+    def unsubscribe(self, topic: str, offer: Offer) -> None:
+        """Stop reading a topic in that way."""
+        self._node.destroy_subscription(self._subscriptions.pop((topic, offer)))
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
         """Announce a topic, so that readers find it before the first message."""
@@ -160,7 +185,10 @@ class RclpyTransport:
         return self._count - before
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph when the last messages have been taken."""
+        patience = _module("rclpy.duration").Duration(seconds=_LAST_WORD)
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(patience)
         self._node.destroy_node()
 
     def _others(self, infos: Iterable[EndpointInfo]) -> Iterable[EndpointInfo]:
@@ -177,36 +205,103 @@ class RclpyTransport:
 
 
 def main() -> None:
-    """Run the node until it is interrupted; its parameters are the options of `kendon ros2`."""
-    rclpy = _module("rclpy")
-    rclpy.init()
-    handle: RclpyNode = rclpy.create_node("kendon")
+    """Run the node until it is interrupted; its parameters are the options of `kendon ros2`.
+
+    A mistake of the user is one sentence and exit code 2.
+    """
+    try:
+        _run()
+    except KendonError as error:
+        print(f"kendon: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:  # a second one, or before anything could move
+        sys.exit(130)
+
+
+class _Options(NamedTuple):
+    """What the parameters say."""
+
+    model: GreetingModel
+    options: BagOptions
+    face: Vec3
+    lateness: float  # [s]
+    record: str
+    settings: Ros2Settings | None  # of the robot that is to greet
+    tree: GreetingTree | None
+
+
+def _options(handle: RclpyNode) -> _Options:
+    """Declare the node's parameters.
+
+    Raises:
+        KendonError: one is not what it should be.
+    """
+    wrong_type = _module("rclpy.exceptions").ParameterException
 
     def told(name: str, default: Any) -> Any:
-        return handle.declare_parameter(name, default).value
+        try:
+            return handle.declare_parameter(name, default).value
+        except wrong_type as error:
+            raise ParameterError(f"the parameter {name} is like {default!r} ({error})") from None
 
-    x, y, z = (float(value) for value in told("robot_face", [0.0, 0.0, 1.2]))
-    options = BagOptions(told("base", "") or None)
-    drive, tree = told("robot", ""), told("tree", "")
-    model, world = load_model(told("model", DEFAULT_MODEL)), told("world", "")
-    record, leash = told("record", ""), told("leash", -1.0)  # less than 0: none
-    transport = RclpyTransport(handle)
-    recorder = Recorder(Path(record)) if record else None
-    node = Ros2Node(
-        transport, model, options=options, face=(x, y, z), recorder=recorder,
-        patience=told("lateness", PATIENCE),
-    )  # fmt: skip
-    if drive:
-        settings = Ros2Settings(
-            Drive(drive), world=world, face=(x, y, z), leash=leash if leash >= 0 else None
-        )
-        robot = Ros2Robot(transport, node.place, settings, clock=time.time_ns)
-        node.greet_with(robot, GreetingTree(tree) if tree else None)
-    log = handle.get_logger()
+    face = list(told("robot_face", [0.0, 0.0, 1.2]))
+    if len(face) != 3 or not all(map(math.isfinite, face)):
+        raise ParameterError(f"robot_face is x, y and z in metres, not {face}")
+    base, model, drive = told("base", ""), told("model", DEFAULT_MODEL), told("robot", "")
+    for_robots = {"tree": told("tree", ""), "world": told("world", "")}
+    leash = told("leash", -1.0)  # less than 0: none
+    lateness, record = told("lateness", PATIENCE), told("record", "")
+    check_lateness("lateness", lateness)
+    if drive not in ("", *Drive):
+        raise UnknownNameError("way to drive a robot", drive, Drive)
+    for name, value in for_robots.items():
+        if value and not drive:
+            raise ParameterError(
+                f"{name} is for a robot that greets; set robot to {' or '.join(Drive)}, too"
+            )
+    x, y, z = face
+    settings = Ros2Settings(
+        Drive(drive), world=for_robots["world"], face=(x, y, z),
+        leash=None if leash < 0 else leash,
+    ) if drive else None  # fmt: skip
+    tree = GreetingTree(for_robots["tree"]) if for_robots["tree"] else None
+    return _Options(
+        load_model(model), BagOptions(base or None), (x, y, z), lateness, record, settings, tree
+    )
+
+
+def _run() -> None:
+    rclpy = _module("rclpy")
+    # ROS's own handlers take the network away at once: nobody could tell the robot to stop.
+    no_handlers = _module("rclpy.signals").SignalHandlerOptions.NO
+    rclpy.init(signal_handler_options=no_handlers)
+    handle: RclpyNode = rclpy.create_node("kendon")
+    transport: RclpyTransport | None = None
+    try:
+        chosen = _options(handle)
+        recorder = Recorder(Path(chosen.record)) if chosen.record else None
+        transport = RclpyTransport(handle)
+        node = Ros2Node(
+            transport, chosen.model, options=chosen.options, face=chosen.face, recorder=recorder,
+            patience=chosen.lateness,
+        )  # fmt: skip
+        if chosen.settings is not None:
+            robot = Ros2Robot(transport, node.place, chosen.settings, clock=time.time_ns)
+            node.greet_with(robot, chosen.tree)
+        with Stopping() as stop:
+            _follow(node, handle.get_logger(), stop)
+    finally:
+        if transport is None:  # else the node has left with it
+            handle.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _follow(node: Ros2Node, log: Any, stop: Stopping) -> None:
+    """Run the node until it is interrupted, and tell what it does."""
     seen: set[str] = set()
     phases: dict[str, Phase] = {}
-    try:
-        for people, _ in node.run():
+    with contextlib.closing(node.run()) as steps:
+        for people, _ in steps:
             for one in people:
                 if one.belief and phases.get(one.name) is not one.belief.phase:
                     phases[one.name] = one.belief.phase
@@ -215,11 +310,8 @@ def main() -> None:
                 if note not in seen:
                     seen.add(note)
                     log.warning(note)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.close()
-        rclpy.try_shutdown()
+            if stop.asked:
+                break
 
 
 def _module(name: str) -> Any:

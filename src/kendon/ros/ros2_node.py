@@ -17,6 +17,7 @@ from kendon.greeter import Flow, Moment
 from kendon.models import GreetingModel
 from kendon.observations import FEATURES
 from kendon.ros.arrivals import Arrivals
+from kendon.ros.overlap import Overlap
 from kendon.ros.ros2_names import STATE
 from kendon.ros.ros2_reading import FACES, ODOMETRY, TICK, PeopleReader, Told
 from kendon.ros.ros2_record import Recorder
@@ -32,7 +33,7 @@ from kendon.ros.ros2_types import (
     TRANSFORMS,
     header_fields,
 )
-from kendon.sources.bag_people import BagOptions
+from kendon.sources.bag_people import BagOptions, listed
 from kendon.sources.live_people import PATIENCE, HeardFrame
 from kendon.trees import GreetingTree
 
@@ -94,7 +95,8 @@ class Ros2Node:
         self._arrivals = Arrivals()
         self._late = 0  # frames that came too late for the robot
         self._behind = False  # whether ever more came than could be taken in
-        self._heard: dict[str, Offer] = {}
+        self._heard: dict[str, set[Offer]] = {}
+        self._overlaps: dict[str, Overlap] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be read, and why
         self._leaving: list[tuple[int, str]] = []  # topics of people gone, and since when [ns]
         self._told: list[Told] = []
@@ -119,6 +121,8 @@ class Ros2Node:
                 f"Frames come more than {self.reader.hold * _NANO:g} s late, and are left out"
                 " (--lateness waits longer)."
             )
+        if self._recorder is not None and self._recorder.trouble:
+            notes.append(f"{self._recorder.trouble}.")
         if self._behind:
             notes.append("This computer is too slow for all that is heard: beliefs are late.")
         return notes
@@ -135,13 +139,15 @@ class Ros2Node:
             return ""
         where = f"on domain {self.transport.domain}"
         if not self._heard:
+            transforms, faces = map(self.transport.called, ("/tf", FACES))
             return (
-                f"nobody publishes /humans/faces/tracked with /tf (ROS4HRI), or {FACES}, {where};"
-                " is ROS_DOMAIN_ID the same there?"
+                f"nobody publishes /humans/faces/tracked with {transforms} (ROS4HRI), or {faces},"
+                f" {where}; is ROS_DOMAIN_ID the same there?"
             )
         if unplaced := self.reader.people.unplaced():
             return f"{where}: {unplaced}"
-        return f"nobody is there yet; heard are {', '.join(sorted(self._heard))} {where}"
+        heard = listed(sorted(map(self.transport.called, self._heard)))
+        return f"nobody is there yet; heard are {heard} {where}"
 
     def run(self) -> Generator[tuple[list[Told], list[Moment]], None, None]:
         """Run for ever, a step of 0.1 s at a time: what was told of people, what the robot did.
@@ -149,7 +155,7 @@ class Ros2Node:
         However it ends, the robot is told to stop, and the recording is finished.
 
         Raises:
-            DataError: something heard cannot be right.
+            DataError: when it is closed, the recording cannot be finished.
         """
         try:
             while True:
@@ -158,17 +164,22 @@ class Ros2Node:
             self.close()
 
     def close(self) -> None:
-        """Stop the robot, finish the recording, and leave."""
-        if self._flow is not None and self.robot is not None:
-            self._flow.end()
-            self.robot.close()
-            self._flow = None
-        if self._recorder is not None:
-            self._recorder.close()
-            self._recorder = None
-        if self._open:
-            self._open = False
+        """Stop the robot, leave, and finish the recording.
+
+        Raises:
+            DataError: the recording cannot be finished.
+        """
+        if not self._open:
+            return
+        self._open = False
+        try:
+            if self._flow is not None and self.robot is not None:
+                self._flow.end()
+                self.robot.close()
+        finally:
             self.transport.close()
+            if self._recorder is not None:
+                self._recorder.close()
 
     def _step(self) -> tuple[list[Told], list[Moment]]:
         self._follow_offers()
@@ -204,23 +215,30 @@ class Ros2Node:
 
     def _follow_offers(self) -> None:
         offers = self.transport.offers()
-        for topic, offer in offers.items():
-            if topic in self._heard or topic in self._refused or not self.reader.wanted(topic):
-                continue
+        for topic in filter(self.reader.wanted, offers.keys() | self._heard.keys()):
             kind = KINDS.get(topic) or _ENDINGS[topic.rsplit("/", 1)[1]]
-            if offer.kind != kind:
-                self._refused[topic] = f"{topic} is published as {offer.kind}, not as {kind}."
+            known = self._heard.get(topic, set())
+            ways = {offer for offer in offers.get(topic, ()) if offer.kind == kind}
+            for offer in offers.get(topic, set()) - ways:
+                name = self.transport.called(topic)
+                self._refused[topic] = f"{name} is published as {offer.kind}, not as {kind}."
+            if ways == known:
                 continue
-            self._heard[topic] = offer
-            self.transport.subscribe(topic, offer, functools.partial(self._hear, topic, kind))
-        for topic in [topic for topic in self._heard if topic not in offers]:
-            self.transport.unsubscribe(topic)
-            del self._heard[topic]
+            for offer in ways - known:
+                callback = functools.partial(self._hear, topic, offer)
+                self.transport.subscribe(topic, offer, callback)
+            for offer in known - ways:
+                self.transport.unsubscribe(topic, offer)
+            self._heard[topic], self._overlaps[topic] = ways, Overlap()
+            if not ways:
+                del self._heard[topic], self._overlaps[topic]
 
-    def _hear(self, topic: str, kind: str, raw: bytes, message: Any, sent: int) -> None:
+    def _hear(self, topic: str, offer: Offer, raw: bytes, message: Any, sent: int) -> None:
+        if len(self._heard[topic]) > 1 and not self._overlaps[topic].is_new(offer, raw):
+            return
         came = self._arrivals.take(sent, self._clock())
         if self._recorder is not None:
-            self._recorder.write(topic, kind, came, raw)
+            self._recorder.write(topic, offer.kind, came, raw)
         self._tell(self.reader.hear(topic, message, came))
 
     # ---- the robot

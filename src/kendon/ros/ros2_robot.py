@@ -13,7 +13,7 @@ from typing import Any
 
 from kendon.errors import KendonError, RobotError
 from kendon.geometry import Pose2D, Vec3, wrap_angle
-from kendon.robots.base import Command, CommandKind, Robot
+from kendon.robots.base import CHANNELS, Command, CommandKind, Robot
 from kendon.robots.drive import UnicycleBase
 from kendon.robots.driving import Driving
 from kendon.robots.point import EXPRESSION_SECONDS, GESTURE_SECONDS, SPEECH_RATE
@@ -68,6 +68,8 @@ class Ros2Robot(Robot):
         self._readers: Mapping[str, str] = {}
         self._until: dict[CommandKind, float] = {}  # [s], when timed commands end
         self._still = (Pose2D(0.0, 0.0, 0.0), 0.0)  # a pose, and since when it has not changed
+        self._coming = ""  # the channel of the command that is about to be sent
+        self._replaced = False  # whether it takes the place of a drive that goes on until then
         self._told_at = 0.0  # [s], when the base was last told of a goal
         self._odometry = (0, 0.0)  # how many poses were heard, and when the last one was new [s]
         topics = self.settings.topics
@@ -103,6 +105,17 @@ class Ros2Robot(Robot):
 
     # ---- the hooks of Robot
 
+    def _issue(self, kind: CommandKind, **asked: Any) -> Command:
+        self._coming, self._replaced = CHANNELS[kind], False
+        try:
+            command = super()._issue(kind, **asked)
+        finally:
+            self._coming = ""
+        if self._replaced and not command.running:  # refused, and nobody has stopped the old one
+            with contextlib.suppress(RobotError):  # as it was for the new one
+                self._stand()
+        return command
+
     def _send(self, command: Command) -> dict[str, Any]:
         kind, asked = command.kind, command.asked
         sent = dict(asked)
@@ -118,7 +131,11 @@ class Ros2Robot(Robot):
         return sent
 
     def _abort(self, command: Command) -> None:
-        if command.kind in (CommandKind.GO_TO, CommandKind.TURN_TO):
+        if CHANNELS[command.kind] != CHANNELS[CommandKind.GO_TO]:
+            return
+        # A new goal replaces the old one by itself; told to stand first, a base would stutter.
+        self._replaced = self._coming == CHANNELS[command.kind]
+        if not self._replaced:
             self._stand()
 
     def _advance(self, dt: float) -> None:
@@ -257,7 +274,7 @@ class Ros2Robot(Robot):
     def _why_lost(self, topic: str, lost: float) -> str:
         if topic in self._readers:
             return f"the robot has not told where it is for {lost:.1f} s"
-        return f"nobody has read {topic} for {lost:.1f} s"
+        return f"nobody has read {self._transport.called(topic)} for {lost:.1f} s"
 
     # ---- head, arms, voice, face
 

@@ -6,10 +6,26 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from kendon.errors import ParameterError
 from kendon.geometry import Vec3
 from kendon.robots.drive import BaseLimits
 from kendon.robots.driving import check
 from kendon.sources.ros_place import WORLDS, RobotPlace
+
+#: Nobody waits longer for a message [s].
+MAX_LATENESS = 60.0
+
+
+def check_lateness(name: str, seconds: float) -> None:
+    """Refuse what cannot be how late messages may be.
+
+    Raises:
+        ParameterError: it is out of its range; `name` is what the user calls it.
+    """
+    if not 0 < seconds <= MAX_LATENESS:
+        raise ParameterError(
+            f"{name} is more than 0, and at most {MAX_LATENESS:g} s, not {seconds:g}"
+        )
 
 
 class Drive(StrEnum):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any, NamedTuple, Protocol
 
 #: What a message is made from: values by field names, messages within it likewise.
@@ -13,7 +13,7 @@ Callback = Callable[[bytes, Any, int], None]
 
 
 class Offer(NamedTuple):
-    """A topic that somebody publishes, and how."""
+    """One way in which a topic is published."""
 
     kind: str  # the message type, such as std_msgs/msg/String
     reliable: bool
@@ -31,17 +31,20 @@ class Transport(Protocol):
     def notes(self) -> Sequence[str]:
         """What a user should know of what could not be read, one sentence each."""
 
-    def offers(self) -> Mapping[str, Offer]:
-        """What others publish at present, by topic."""
+    def called(self, topic: str) -> str:
+        """What a topic is called on the network, for people to read."""
+
+    def offers(self) -> Mapping[str, Set[Offer]]:
+        """What others publish at present, by topic: all the ways in which they do."""
 
     def asked(self) -> Mapping[str, str]:
         """The topics that others read at present, and as what message type."""
 
     def subscribe(self, topic: str, offer: Offer, callback: Callback) -> None:
-        """Read a topic."""
+        """Read what is published on a topic in one way, or in one that offers more."""
 
-    def unsubscribe(self, topic: str) -> None:
-        """Stop reading a topic."""
+    def unsubscribe(self, topic: str, offer: Offer) -> None:
+        """Stop reading a topic in that way."""
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False) -> None:
         """Announce a topic, so that readers find it before the first message."""

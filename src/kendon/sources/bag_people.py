@@ -140,8 +140,8 @@ class PeopleReading:
         place, turn = mount.points(head), mount.rotation
         if (np.abs(place[np.isfinite(place)]) > MAX_COORDINATE).any():
             raise DataError(
-                f"person {person.name} is more than {MAX_COORDINATE:g} m away: ROS counts in"
-                " metres, are these millimetres?",
+                f"person {person.name} is more than {MAX_COORDINATE:g} m away (ROS counts in"
+                " metres; are these millimetres?)",
                 file=self._path,
             )
         eyes, gaze = self._gaze(person, frames, stamps, place, rotation, mount)
@@ -151,7 +151,7 @@ class PeopleReading:
             head_rotation=turned_by(turn, rotation),
             eyes=eyes,
             eye_gaze=gaze,
-            joints=self._joints(person, stamps, mount),
+            joints=self._joints(person, stamps, mount, notes),
             smile=self._smiles(person, frames, stamps, notes),
             robot=self._robot(stamps, notes),
             name=f"{self._path.stem}_{person.name}" if self._path else person.name,
@@ -289,12 +289,16 @@ class PeopleReading:
         return np.stack([both, both], axis=1), np.stack([ways, ways], axis=1)
 
     def _joints(
-        self, person: Person, stamps: IntArray, mount: MountedCamera
+        self, person: Person, stamps: IntArray, mount: MountedCamera, notes: list[str]
     ) -> dict[str, FloatArray]:
         joints: dict[str, FloatArray] = {}
         for body in person.bodies:
             for joint, frame in joint_frames(body, self._tree.frames).items():
                 points = mount.points(self._lookup(frame, stamps).position)
+                far = (np.abs(points) > MAX_COORDINATE).any(axis=1)  # False for NaN
+                if far.any():
+                    points[far] = math.nan
+                    notes.append(f"{frame} is farther than {MAX_COORDINATE:g} m: left out there.")
                 told = joints.get(joint)
                 joints[joint] = points if told is None else np.where(np.isnan(told), points, told)
         return joints
@@ -340,7 +344,7 @@ class PeopleReading:
             reason += f" (stamped from {_seconds(stamps)} s)"
         else:
             reason = f"has no place in {' or '.join(WORLDS)}"
-        notes.append(f"{self._base} {reason}: the robot is taken to stand still.")
+        notes.append(f"The frame {self._base} {reason}: the robot is taken to stand still.")
         return None
 
     def why_unknown(self, frame: str, stamps: IntArray) -> str:

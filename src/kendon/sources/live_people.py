@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from kendon.errors import DataError
-from kendon.person import PersonFrame
+from kendon.errors import DataError, KendonError
+from kendon.person import IntArray, PersonFrame
 from kendon.sources.bag_people import (
     BASES,
     FACE_LOST,
@@ -25,7 +24,7 @@ from kendon.sources.bag_people import (
     listed,
 )
 from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
-from kendon.sources.ros_stamps import nanoseconds
+from kendon.sources.ros_stamps import StampGuard, nanoseconds
 
 #: A frame waits so long for what is missing about it, by when its messages came [s].
 PATIENCE = 0.25
@@ -37,7 +36,8 @@ MEMORY = 3_000_000_000
 _UNPLACED = 3_000_000_000
 #: From so many lags one can tell whether there are two clocks.
 _LAGS = 20
-_NUMBERS = re.compile(r"\d+(\.\d+)?")
+#: What differs where the same is said again.
+NUMBERS = re.compile(r"-?\b(inf|\d+(\.\d+)?(e[-+]?\d+)?)\b")
 _NANO = 1e-9
 
 
@@ -83,6 +83,7 @@ class LivePeople:
         self._placed = False
         self._changed = True
         self._told: set[str] = set()  # the names of those who may have a frame to give
+        self._guard = StampGuard()
 
     @property
     def start(self) -> int:
@@ -100,6 +101,8 @@ class LivePeople:
         Returns:
             Whether the clock has been set back: all begins anew.
         """
+        if topic == "/tf":
+            message = self._without_strays(message, received)
         try:
             self._changed |= self.log.take(topic, message, received)
         except DataError as error:
@@ -121,9 +124,6 @@ class LivePeople:
             due: the stamp after which there must be one of somebody's before any are wanted [ns]:
                 to place several at once takes no longer than to place one.
             everybody: otherwise only who was told of since they were last looked at.
-
-        Raises:
-            DataError: somebody is too far away for metres, or frames are each other's parents.
         """
         people = self._who()
         if not people:
@@ -135,7 +135,12 @@ class LivePeople:
             people = [person for person in people if person.name in self._told]
             if not people:
                 return []
-        reading = self._read(self._people)
+        try:
+            reading = self._read(self._people)
+        except DataError as error:  # the base asked for may yet be told of
+            self._note(f"{error}.", "base")
+            self._forget()
+            return []
         found: list[HeardFrame] = []
         for person in people:
             given = max(self._given.get(i, -1) for i in person.ids)
@@ -149,19 +154,36 @@ class LivePeople:
                 continue
             for key in zip(frames[:count], stamps[:count].tolist(), strict=True):
                 self._waiting.pop(key, None)
-            track = reading.track(person, stamps[:count], frames[:count], self._new_notes)
             self._given[person.name] = int(stamps[count - 1])
-            found += [
-                HeardFrame(person, stamp, frame)
-                for stamp, frame in zip(stamps[:count].tolist(), track, strict=True)
-            ]
-            if np.isfinite(track.head).any():
+            placed = self._place(reading, person, stamps[:count], frames[:count])
+            found += placed
+            if any(heard.frame.seen for heard in placed):
                 self._placed = True
-            elif not self._placed and now - self._first > _UNPLACED:
+            elif placed and not self._placed and now - self._first > _UNPLACED:
                 self._note(f"{reading.why_unknown(frames[0], stamps)}.")
         self._tell_new()
         self._forget()
         return found
+
+    def _place(
+        self, reading: PeopleReading, person: Person, stamps: IntArray, frames: list[str]
+    ) -> list[HeardFrame]:
+        """The frames of somebody at some stamps, but for those that cannot be."""
+        try:
+            track = reading.track(person, stamps, frames, self._new_notes)
+        except KendonError as error:
+            if len(stamps) > 1:  # not all of them are wrong for one that is
+                return [
+                    heard
+                    for i in range(len(stamps))
+                    for heard in self._place(reading, person, stamps[i : i + 1], [frames[i]])
+                ]
+            self._note(f"Left out: {error}.")
+            return []
+        return [
+            HeardFrame(person, stamp, frame)
+            for stamp, frame in zip(stamps.tolist(), track, strict=True)
+        ]
 
     def unplaced(self) -> str:
         """Why nobody has been placed although somebody is tracked; "" if it is not so."""
@@ -219,6 +241,19 @@ class LivePeople:
             count += 1
         return count
 
+    def _without_strays(self, message: Any, received: int) -> Any:
+        """A message without the transforms that are stamped with quite another time."""
+        kept = []
+        for told in message.transforms:
+            child, stamp = told.child_frame_id.lstrip("/"), nanoseconds(told.header.stamp)
+            if stamp == 0 or self._guard.fits(child, stamp, received):
+                kept.append(told)
+            else:
+                self._note(f"A transform of {child} is stamped {stamp * _NANO:.3f} s: left out.")
+        if len(kept) == len(message.transforms):
+            return message
+        return SimpleNamespace(transforms=kept)
+
     def _count_late(self, message: Any) -> None:
         for told in message.transforms:
             child = told.child_frame_id.lstrip("/")
@@ -237,12 +272,14 @@ class LivePeople:
         if before - self._forgotten > MEMORY // 10:
             self._forgotten = before
             self.log.forget(before)
+            self._guard.forget(set(self.log.transforms.frames))
             self._changed = True
             self._waiting = {k: since for k, since in self._waiting.items() if k[1] >= before}
 
-    def _note(self, sentence: str) -> None:
+    def _note(self, sentence: str, kind: str = "") -> None:
         sentence = sentence[0].upper() + sentence[1:]
-        kind = _NUMBERS.sub("", sentence)  # piece by piece, the same is said of other times
+        # Piece by piece, the same is said of other times.
+        kind = kind or NUMBERS.sub("", sentence)
         if kind not in self._said:
             self._said.add(kind)
             self.notes.append(sentence)

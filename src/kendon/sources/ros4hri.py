@@ -274,6 +274,7 @@ class HumansLog:
             return
         if len(sure) == len(intensity) and (sure > 0).any():  # else nobody filled it in
             intensity = np.where(sure > 0, intensity, np.nan)
+        intensity = np.where(np.isfinite(intensity), intensity, np.nan)
         if np.isfinite(intensity).any():
             self._strongest = max(self._strongest, float(np.nanmax(intensity)))
         self._facs[face].append((stamp, float(intensity[_AU06]), float(intensity[_AU12])))

@@ -12,6 +12,7 @@ from kendon.errors import DataError
 from kendon.features.smile import smile
 from kendon.geometry import UNKNOWN_POINT, UNKNOWN_ROTATION, Pose2D, Quaternion, Vec3, compose
 from kendon.person import GESTURES, JOINTS, PersonFrame
+from kendon.tracks import MAX_COORDINATE
 
 
 def frame_of_face(
@@ -27,7 +28,8 @@ def frame_of_face(
         who: which of several people it is.
 
     Raises:
-        DataError: it is not given in the robot's base frame, or its lists do not fit.
+        DataError: it is not given in the robot's base frame, its lists do not fit, or a number is
+            out of its range.
     """
     frame = message.header.frame_id.lstrip("/")
     if frame and frame not in bases:
@@ -38,10 +40,12 @@ def frame_of_face(
         raise DataError(
             f"a face has {len(message.joint_names)} joint_names but {len(message.joints)} joints"
         )
+    _check(message)
     gaze = _direction(message.left_eye_gaze), _direction(message.right_eye_gaze)
     eyes = _middle(message.left_eye_borders), _middle(message.right_eye_borders)
     looks = all(math.isfinite(v) for pair in (*gaze, *eyes) for v in pair)
-    au06, au12 = (float(value) for value in message.action_units)
+    # An intensity without an end is none.
+    au06, au12 = (v if math.isfinite(v) else math.nan for v in map(float, message.action_units))
     turn = message.face_rotation
     given = {key: getattr(message, key) for key in GESTURES} if message.gestures_given else {}
     return PersonFrame(
@@ -60,6 +64,24 @@ def frame_of_face(
         who=who,
         **given,
     )
+
+
+def _check(message: Any) -> None:
+    """Refuse what cannot be, before it is measured or believed; NaN is unknown.
+
+    Raises:
+        DataError: a number is out of its range.
+    """
+    borders = (*message.left_eye_borders, *message.right_eye_borders)
+    for point in (message.face, *borders, *message.joints):
+        if far := [value for value in _point(point) if abs(value) > MAX_COORDINATE]:
+            raise DataError(
+                f"a coordinate of {far[0]:g} is not within {MAX_COORDINATE:g} m (ROS counts in"
+                " metres; are these millimetres?)"
+            )
+    for key in GESTURES if message.gestures_given else ():
+        if not (0 <= (value := getattr(message, key)) <= 1 or math.isnan(value)):
+            raise DataError(f"{key} is a probability, from 0 to 1, not {value:g}")
 
 
 def fill_face(message: Any, frame: PersonFrame, point: Callable[..., Any]) -> Any:
@@ -113,8 +135,9 @@ def _point(point: Any) -> Vec3:
 
 
 def _direction(vector: Any) -> Vec3:
-    direction = _point(vector)
-    return direction if any(direction) else UNKNOWN_POINT
+    x, y, z = direction = _point(vector)
+    # One that no float can measure is as unknown as one of length 0.
+    return direction if 0 < math.hypot(x, y, z) < math.inf else UNKNOWN_POINT
 
 
 def _middle(borders: Any) -> Vec3:

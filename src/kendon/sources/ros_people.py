@@ -9,7 +9,7 @@ from typing import Any
 from kendon.errors import DataError
 from kendon.geometry import Pose2D, Vec3, compose, yaw_quaternion
 from kendon.person import PersonFrame
-from kendon.sources.ros_place import WORLDS
+from kendon.sources.ros_place import FARTHEST, WORLDS
 
 #: How far off the ground a pose lies at most that tells where somebody stands [m].
 _ON_THE_GROUND = 0.5
@@ -44,7 +44,8 @@ class People:
             who: what each of the people is known by to the flow.
 
         Raises:
-            DataError: it is given neither in the world nor in the robot's base frame.
+            DataError: it is given neither in the world nor in the robot's base frame, or has a
+                number that no place has.
         """
         frame = message.header.frame_id.lstrip("/")
         if frame and frame not in (*WORLDS, *self.bases):
@@ -69,6 +70,8 @@ class People:
 
     def _person(self, pose: Any, t: float, robot: Pose2D, *, in_base: bool) -> PersonFrame:
         p, q = pose.position, pose.orientation
+        if far := [value for value in (p.x, p.y, p.z) if abs(value) > FARTHEST]:  # NaN is not
+            raise DataError(f"a coordinate of {far[0]:g} m is not on Earth")
         head: Vec3 = (p.x, p.y, p.z if p.z > _ON_THE_GROUND else p.z + self.height)
         rotation = (q.x, q.y, q.z, q.w)
         if not in_base:

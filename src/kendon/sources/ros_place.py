@@ -14,6 +14,8 @@ from kendon.sources.ros_stamps import MAX_LATE, TWO_CLOCKS, seconds
 #: The names of the robot's base and of the world, the best ones first (REP-105).
 BASES = ("base_footprint", "base_link")
 WORLDS = ("map", "odom", "world")
+#: Maps may count from far away, but not from farther than the Earth is round [m].
+FARTHEST = 1e8
 #: So many poses are remembered: two seconds at 100 Hz.
 _KEPT = 200
 
@@ -110,7 +112,8 @@ class RobotPlace:
         return (stamp, *found) if found and stamp else None
 
     def _remember(self, stamp: float, pose: Pose2D) -> None:
-        if not all(map(math.isfinite, pose)):
+        x, y, yaw = pose
+        if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST and math.isfinite(yaw)):  # or NaN
             return
         with self._lock:
             if self._stamps and stamp <= self._stamps[-1]:

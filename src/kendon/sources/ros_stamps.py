@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import statistics
+from collections.abc import Container
 from typing import Any
 
 #: A stamp that steps back by less is a message that came late [s].
@@ -138,3 +139,49 @@ class StreamClock:
     def _note_once(self, sentence: str) -> None:
         if sentence not in self.notes:
             self.notes.append(sentence)
+
+
+class StampGuard:
+    """Tells single stamps of quite another time from a clock that has been set.
+
+    As in `StreamClock`, a few in a row that agree on another time are a clock that was set.
+    """
+
+    def __init__(self) -> None:
+        self._newest: dict[str, tuple[int, int]] = {}  # by name: stamp, and when it came [ns]
+        self._others: dict[str, list[int]] = {}  # stamps in a row that are of another time [ns]
+
+    def fits(self, name: str, stamp: int, received: int) -> bool:
+        """Whether a stamp counts.
+
+        Args:
+            name: what is stamped, such as a frame.
+            stamp: when it holds [ns].
+            received: when it came [ns].
+        """
+        if name in self._newest:
+            before, when = self._newest[name]
+            passed = max(0, received - when)
+            if not _follows(stamp, before, passed) and not self._agree(name, stamp, passed):
+                return False
+        self._others.pop(name, None)
+        self._newest[name] = stamp, received
+        return True
+
+    def forget(self, kept: Container[str]) -> None:
+        """Forget all names but some."""
+        for name in [name for name in self._newest if name not in kept]:
+            del self._newest[name]
+            self._others.pop(name, None)
+
+    def _agree(self, name: str, stamp: int, passed: int) -> bool:
+        others = self._others.setdefault(name, [])
+        if others and not _follows(stamp, others[-1], passed):
+            others.clear()
+        others.append(stamp)
+        return len(others) >= _AGREED
+
+
+def _follows(stamp: int, before: int, passed: int) -> bool:
+    """Whether a stamp may come after another one by the same clock; all in ns."""
+    return -MAX_LATE * 1e9 <= stamp - before <= passed + MAX_LEAP * 1e9

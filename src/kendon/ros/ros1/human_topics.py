@@ -55,7 +55,11 @@ class HumanTopics:
         self._stores: dict[str, Any] = {}  # type stores by md5 sum
 
     def follow(self) -> None:
-        """Listen to topics that are new, and no more to those that have gone."""
+        """Listen to topics that are new, and no more to those that have gone.
+
+        A topic on which somebody is connected has not gone: a master that was started again knows
+        only of those who have registered since.
+        """
         try:
             offered = {topic for topic, _ in self._master.getPublishedTopics("/humans")}
         except master_errors():
@@ -66,7 +70,8 @@ class HumanTopics:
                 topic, self._rospy.AnyMsg, self._came, topic, queue_size=_WAITING, buff_size=_READ
             )
         for topic in self._topics.keys() - wanted:
-            self._topics.pop(topic).unregister()
+            if not self._topics[topic].get_num_connections():
+                self._topics.pop(topic).unregister()
 
     def _came(self, raw: Any, topic: str) -> None:
         header = raw._connection_header

@@ -38,8 +38,10 @@ _WATCHED = 0.5
 #: How long simulated time may stand still until the user is told [s].
 _NO_CLOCK = 5.0
 
-#: The topics people are told of on.
-FACES, PEOPLE = "faces", "people"
+#: The topics on which people are told of.
+_TOPICS = {Input.FACES: "faces", Input.PEOPLE: "people", Input.HUMANS: TRANSFORMS}
+#: Topics that are found in a recording by these names, whatever they are called here.
+_RECORDED_AS = (TRANSFORMS, STATIC)
 
 
 class GreetingNode:
@@ -79,7 +81,7 @@ class GreetingNode:
         self._kendon = messages("kendon_msgs")
         self._geometry = ros_module("geometry_msgs.msg")
         self._state_class = self._class_of_state()
-        name = PEOPLE if settings.input is Input.PEOPLE else FACES
+        name = _TOPICS[settings.input]
         self.stream = make_stream(place, settings, rospy.resolve_name(name))
         self.part = make_part(self.stream, robot, settings)
         self.hearing = Hearing(place, self.stream, self.part)
@@ -120,7 +122,9 @@ class GreetingNode:
                 came = self.hearing.arrival(heard.came)
                 if self._recorder is not None and heard.role != STATE:
                     self._recorder.write(
-                        heard.topic, heard.raw or RawMessage.of(heard.message), came
+                        heard.role if heard.role in _RECORDED_AS else heard.topic,
+                        heard.raw or RawMessage.of(heard.message),
+                        came,
                     )
                 yield from self._tell_all(self.hearing.take(heard.role, heard.message, came))
                 if self._inbox.empty():
@@ -240,10 +244,11 @@ class GreetingNode:
         while not self._changes.empty():
             self._tell(self._changes.get())  # each time anew
         waited = time.monotonic() - self._started
+        if self._recorder is not None and self._recorder.trouble:
+            self._note(f"{self._recorder.trouble}.")
         if not self.place.known and waited > _NO_PLACE:
-            self._note(
-                "Nobody tells where the robot is (/amcl_pose, /tf): it is taken to stand still."
-            )
+            names = ", ".join(map(self._rospy.resolve_name, (LOCALISED, TRANSFORMS)))
+            self._note(f"Nobody tells where the robot is ({names}): it is taken to stand still.")
         if self.lost:
             self._note("Messages come faster than they can be taken in; some are left out.")
         if not self._rospy.get_time() and waited > _NO_CLOCK:

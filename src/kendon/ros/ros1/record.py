@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import io
-import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from kendon.errors import DataError, MissingExtraError
-from kendon.outputs import make_folder_for
 from kendon.ros.hearing import LOCALISED, STATIC, TRANSFORMS, Hearing
 from kendon.ros.humans import make_stream
 from kendon.ros.parts import ReadingPart, Told
+from kendon.ros.recording import Recording
 from kendon.ros.settings import Input, NodeSettings, Part
 from kendon.ros.watching import Watcher
 from kendon.sources.ros4hri import HumansLog
 from kendon.sources.ros_bags import read_messages, topic_types
 from kendon.sources.ros_place import RobotPlace
 
-#: What a recording ends in.
-SUFFIX = ".bag"
 #: The messages that tell of people, by the input that they are.
 _INPUTS = {
     "kendon_msgs/msg/FaceExtraction": Input.FACES,
@@ -52,59 +48,28 @@ class RawMessage(NamedTuple):
         return f"{package}/msg/{name}"
 
 
-class BagRecorder:
-    """Writes messages into a ROS 1 bag, which is there when the recorder is closed.
+class BagRecorder(Recording):
+    """Writes messages into a ROS 1 bag; see `Recording`."""
 
-    Args:
-        path: of the file.
+    suffix, system = ".bag", "ROS 1"
 
-    Raises:
-        DataError: the file has another ending, exists already, or cannot be made.
-        MissingExtraError: rosbags is not installed.
-    """
+    def write(self, topic: str, raw: RawMessage, came: int) -> None:
+        """Record a message: its topic, and when it came [ns]."""
 
-    def __init__(self, path: Path) -> None:
+        def connect() -> Any:
+            return self._writer.add_connection(topic, raw.name, msgdef=raw.text, md5sum=raw.md5)
+
+        self._write((topic, raw.md5), connect, came, raw.data)
+
+    def _make_writer(self, folder: Path) -> tuple[Any, Path, BinaryIO]:
         try:
             from rosbags.rosbag1 import Writer
         except ImportError as error:
             raise MissingExtraError("recording ROS bags", "bags", "rosbags") from error
-        if path.suffix.lower() != SUFFIX:
-            raise DataError(f"a recording of ROS 1 ends in {SUFFIX}", file=path)
-        if path.exists():
-            raise DataError("this recording exists already; name another one", file=path)
-        make_folder_for(path)
-        self._path = path
-        try:
-            # What is broken off must not be taken for a whole recording.
-            self._folder = tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent)
-        except OSError as error:
-            raise DataError(f"cannot record here ({error.strerror})", file=path) from None
-        self._unfinished = Path(self._folder.name, path.name)
-        self._writer = Writer(self._unfinished)
-        self._writer.open()
-        self._open = True
-        self._connections: dict[tuple[str, str], Any] = {}
-        self.count = 0  # messages
-
-    def write(self, topic: str, raw: RawMessage, came: int) -> None:
-        """Record a message: its topic, resolved, and when it came [ns]."""
-        key = topic, raw.md5
-        if key not in self._connections:
-            self._connections[key] = self._writer.add_connection(
-                topic, raw.name, msgdef=raw.text, md5sum=raw.md5
-            )
-        self._writer.write(self._connections[key], came, raw.data)
-        self.count += 1
-
-    def close(self) -> None:
-        """Finish the file; one without any message is not kept. Again, it does nothing."""
-        if not self._open:
-            return
-        self._open = False
-        self._writer.close()
-        if self.count:
-            os.replace(self._unfinished, self._path)
-        self._folder.cleanup()
+        writer = Writer(folder / self._path.name)
+        writer.open()
+        assert writer.bio is not None
+        return writer, writer.path, writer.bio
 
 
 def replay(path: Path, settings: NodeSettings | None = None) -> Iterator[Told]:

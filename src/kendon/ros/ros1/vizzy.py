@@ -142,13 +142,16 @@ class Vizzy(Robot):
 
     def _abort(self, command: Command) -> None:
         self._until.pop(command, None)
+        replaced = self._coming == CHANNELS[command.kind]
         if command in self._goals:
             link, goal = self._goals.pop(command)
             self._leaving.append(goal)
             # A server ends its goal for the next one by itself; told to, a base would brake first.
-            if self._coming != CHANNELS[command.kind] or not link.connected:
+            if not (replaced and link.connected):
                 link.cancel(goal)
         elif command.kind is CommandKind.GESTURE and command.asked["name"] != "home":
+            if replaced:  # likewise: the next routine moves the arms from wherever they are
+                return
             self._publish(self._arms, ARM_ROUTINES["home"])
 
     def _advance(self, dt: float) -> None:
