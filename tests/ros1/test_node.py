@@ -329,7 +329,7 @@ def test_people_of_ros4hri_are_read_recorded_and_read_again(
         while not person.finished:
             topics.tell(person.frame(), rospy.Time.from_sec(start + person.t))
             person.step()
-            threading.Event().wait(0.01)
+            threading.Event().wait(1 / person.rate)  # as a camera would: both topics keep step
         wait_for(lambda: len(ends.beliefs) >= 5 * (person.t - 1), "its beliefs")
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 0
