@@ -245,14 +245,28 @@ def test_no_joint_jumps_whatever_the_acts_are(seed: int, name: str, movement: st
     assert 2 * np.arccos(np.clip(turns, -1, 1)).max() * 30 < math.radians(600)
 
 
+#: Somebody who has hardly set off when they close in: no time to get the hand ready.
+HASTY = Script(
+    1.3,
+    (
+        Act(Phase.IA, seconds=0.6),
+        Act(Phase.FA, seconds=0.1, walking=True),
+        Act(Phase.CS, seconds=3.0),
+    ),
+)
+
+
 @pytest.mark.parametrize("drive", [0.0, 0.4, -0.3])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_hand_is_half_raised_when_its_phase_begins(seed: int, drive: float) -> None:
+@pytest.mark.parametrize("played", [SCRIPTS["plain"], HASTY], ids=["plain", "hasty"])
+def test_a_hand_is_half_raised_when_its_phase_begins(
+    played: Script, seed: int, drive: float
+) -> None:
     """Also where a phase begins at a distance, and the robot drives: hands take 0.5 to 0.9 s."""
-    acts = tuple(replace(act, movement="") for act in SCRIPTS["plain"].acts)
+    acts = tuple(replace(act, movement="") for act in played.acts)
     people = [
-        SimulatedPerson(replace(SCRIPTS["plain"], acts=which), keys=False, seed=seed)
-        for which in (SCRIPTS["plain"].acts, acts)
+        SimulatedPerson(replace(played, acts=which), keys=False, seed=seed)
+        for which in (played.acts, acts)
     ]
     raised = 0.0  # [s], when a hand leaves where it would be if it were never held out
     while people[0].phase is not Phase.CS:

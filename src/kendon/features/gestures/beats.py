@@ -26,11 +26,11 @@ UP, UP_BACK = 5, 8
 ONE_WAY = 3.0
 
 
-def steps(series: Series, end: float, lasts: float = LASTS) -> list[float]:
-    """Medians of what lasts so long, step by step of `SMOOTH`; none where too few are known."""
-    first, values = series.first(end - lasts - SMOOTH), series.values
+def steps(series: Series, end: float) -> list[float]:
+    """Medians of the time of a beat, step by step of `SMOOTH`; none where too few are known."""
+    first, values = series.first(end - LASTS - SMOOTH), series.values
     middles = []
-    for k in range(round(lasts / SMOOTH), -1, -1):
+    for k in range(round(LASTS / SMOOTH), -1, -1):
         last = series.first(end - k * SMOOTH) if k else len(values)
         if last > first:
             step = sorted(values[first:last])

@@ -4,8 +4,8 @@ The pitch is taken from the person's own recent way of holding the head, since c
 mounted askew and people look at the ground while they walk. A dip goes down by more than twenty
 degrees within a third of a second and comes up within a second; the neck bends, not the trunk. Who
 looks down at something takes longer, stays there, and mostly turns the head meanwhile. A nod is
-small, quick and repeated; a toss goes up and comes back. A bow is none of them: there the trunk
-takes the head along.
+small, quick and repeated; a toss goes up and comes back: both are told once the head is back, and
+not where it turns aside meanwhile. A bow is none of them: there the trunk takes the head along.
 
 A head that bends takes the face down with it, by centimetres over the shoulders: that is seen
 from afar, too, where nobody can tell any more where a face points.
