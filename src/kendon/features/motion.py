@@ -84,14 +84,11 @@ class Walk:
         begin = self._line_from(end, period)
         if begin is None:
             return math.nan
-        t = self._t[begin:]
+        t, x, y = self._t[begin:], self._x[begin:], self._y[begin:]
         # Where the lines are now and were a period before, in both directions.
-        now_x, before_x = _ends_of_line(t, self._x[begin:], end, period)
-        now_y, before_y = _ends_of_line(t, self._y[begin:], end, period)
+        now, before = _ends_of_lines(t, x, y, end, period)
         then = max(bisect_right(t, end - period + ROUNDED) - 1, 0)
-        return closing_speed(
-            (before_x, before_y), (now_x, now_y), self._robot[begin + then], period
-        )
+        return closing_speed(before, now, self._robot[begin + then], period)
 
     def _line_from(self, end: float, period: float) -> int | None:
         """The first position of the shortest line that is sure enough, else of the surest."""
@@ -135,21 +132,29 @@ class Walk:
         return off / math.sqrt(1 + share * share + rest * rest)
 
 
-def _ends_of_line(
-    t: Sequence[float], x: Sequence[float], end: float, period: float
-) -> tuple[float, float]:
-    """A robust line through x(t): where it is at `end` and where it was one period before.
+def _ends_of_lines(
+    t: Sequence[float], x: Sequence[float], y: Sequence[float], end: float, period: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Robust lines through x(t) and y(t): where they are at `end` and where one period before.
 
     Siegel's repeated medians (1982): right as long as fewer than half of the positions are wild.
     """
-    slopes: list[list[float]] = [[] for _ in t]  # from each point to the others
-    for (r, a, ones), (s, b, others) in combinations(zip(t, x, slopes, strict=True), 2):
-        slope = (b - a) / (s - r)
-        ones.append(slope)
-        others.append(slope)
-    slope = _middle([_middle(of_point) for of_point in slopes])
-    now = _middle([a + slope * (end - r) for r, a in zip(t, x, strict=True)])
-    return now, now - slope * period
+    slopes_x: list[list[float]] = [[] for _ in t]  # from each point to the others
+    slopes_y: list[list[float]] = [[] for _ in t]
+    points = zip(t, x, y, slopes_x, slopes_y, strict=True)
+    for (r, a, b, from_a, from_b), (s, c, d, from_c, from_d) in combinations(points, 2):
+        span = s - r
+        slope = (c - a) / span
+        from_a.append(slope)
+        from_c.append(slope)
+        slope = (d - b) / span
+        from_b.append(slope)
+        from_d.append(slope)
+    vx = _middle([_middle(slopes) for slopes in slopes_x])
+    vy = _middle([_middle(slopes) for slopes in slopes_y])
+    now_x = _middle([a + vx * (end - r) for r, a in zip(t, x, strict=True)])
+    now_y = _middle([b + vy * (end - r) for r, b in zip(t, y, strict=True)])
+    return (now_x, now_y), (now_x - vx * period, now_y - vy * period)
 
 
 def _middle(values: list[float]) -> float:

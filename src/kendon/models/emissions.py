@@ -137,10 +137,11 @@ class Emissions:
             total += more
             if less - more > _LOST:
                 total += math.log1p(math.exp(less - more))
+        shown = 1.0
         for i, value in gestures:
             absent, present, _ = row[i]
-            total += math.log(absent + (present - absent) * value)
-        return total
+            shown *= absent + (present - absent) * value
+        return total + math.log(shown)
 
     def log_likelihoods(self, X: FloatArray) -> FloatArray:
         """Log P(x_t | phase) of every step over its known features, shape (T, K).
