@@ -161,7 +161,8 @@ class Head:
             No evidence of a nod where nobody can tell where the face points.
         """
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
-        sunk = self._sunk(end, since, LEVER * math.sin(taken_along))
+        heights, unrest = steps(self._over, end), self._unrest(end)
+        sunk = self._sunk(end, since, heights, unrest, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
             return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
         jitter = self._pitch.jitter(end - QUIET)
@@ -201,34 +202,37 @@ class Head:
         turn = end - nods.ago * SMOOTH
         nod = NodEvidence(
             BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step),
-            self._bob(end),
+            self._bob(end, heights, unrest),
             STRAIGHT.evidence(self._yaw.range(turn - HALF_BEAT, turn + HALF_BEAT), 2.0 * noise),
         )
         return dip, nod
 
-    def _sunk(self, end: float, since: float, along: float) -> tuple[float, float]:
+    def _sunk(
+        self, end: float, since: float, course: Sequence[float], noise: float, along: float
+    ) -> tuple[float, float]:
         """The evidence that the face sinks, and is sunk; NaN when unknown.
 
         Args:
             end: of the interval [s].
             since: its first frame [s].
+            course: steps of its height over the shoulders [m].
+            noise: of that height, from frame to frame [m].
             along: how far the trunk takes it [m].
         """
         if not self._over.seen(since):
             return math.nan, math.nan
         heights = self._over.since(min(end - NOW, since))
-        noise = self._unrest(end)
         # What changes in the breadth of the shoulders is the noise of two joints, which no mean
         # takes away where it lasts; half as much is that of the middle between them.
         noise = max(
             noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
         )
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        course = [-height for height in steps(self._over, end)]
-        sank = _steepest(course, STEPS_SINKING)
+        down = [-height for height in course]
+        sank = _steepest(down, STEPS_SINKING)
         return (
             SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
-            _while_down(SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise), course, noise),
+            _while_down(SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise), down, noise),
         )
 
     def _unrest(self, end: float) -> float:
@@ -236,10 +240,9 @@ class Head:
         jitter = self._over.jitter(end - QUIET)
         return jitter if jitter == jitter else PRIOR_UNREST
 
-    def _bob(self, end: float) -> float:
+    def _bob(self, end: float, course: Sequence[float], unrest: float) -> float:
         """The evidence that the face goes down or up and back; NaN when unknown."""
-        course = steps(self._over, end)
-        noise = self._unrest(end) * _error_of_step(self._over, course, end)
+        noise = unrest * _error_of_step(self._over, course, end)
         return BOB.evidence(beat(course).size - EXTREMES * noise, noise)
 
 
