@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
+from matplotlib.patheffects import withStroke
 
 from kendon.errors import DataError
 from kendon.estimate import stretches
@@ -195,7 +196,7 @@ def draw_paths(axes: Axes, encounter: Encounter) -> None:
         axes.add_patch(Circle((end[1], end[0]), radius, fill=False, ec=GRID, lw=1, zorder=0))
         axes.annotate(
             f"{zone} {radius} m", (end[1], end[0] + radius), ha="center", va="bottom",
-            fontsize=7, color=SOFT,
+            fontsize=7, color=SOFT, path_effects=[withStroke(linewidth=3, foreground="white")],
         )  # fmt: skip
     both = np.vstack([person, robot[:, :2]])
     low, high = np.nanmin(both, axis=0), np.nanmax(both, axis=0)
