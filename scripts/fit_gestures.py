@@ -45,11 +45,8 @@ PRIORS = {
     "dip_of_pitch": 0.04,
     "bow": 0.02,
 }
-#: The first and the last stir of a movement, this share of its rise and fall, is neither the
-#: gesture nor something else: nothing is to be seen of it yet.
-STIR = 0.5
-#: Nor is so long after a movement, while it is still in the evidence [s].
-AFTER = 0.1
+#: A movement is plainly shown from this share of its rise until that share of its fall is left.
+HALF = 0.5
 #: What is told by going and coming back; so long after its end it is plainly to be seen, and so
 #: long there are traces of it [s].
 BEATS, LASTING, FADING = ("nod", "toss"), 0.3, 0.8
@@ -65,7 +62,7 @@ def blur(track: Track, rng: np.random.Generator) -> Track:
 
 
 def shown(movement: Movement, t: float) -> float:
-    """1 while a movement is performed, 0 before and after, NaN in its first and last stir.
+    """1 while a movement is plainly shown, 0 before and after, NaN where nobody can tell.
 
     A nod or a toss can be told from a look down or up once the head has come back: until that, and
     a while after what shows it, it is neither.
@@ -77,11 +74,9 @@ def shown(movement: Movement, t: float) -> float:
         if first <= t < movement.end + LASTING:
             return 1.0
         return math.nan if movement.begin <= t < movement.end + FADING else 0.0
-    if not movement.begin <= t < movement.end + AFTER:
-        return 0.0
-    begins = movement.begin + STIR * movement.rise
-    ends = movement.end - STIR * movement.fall
-    return 1.0 if begins <= t < ends else math.nan
+    begins = movement.begin + HALF * movement.rise
+    ends = movement.end - HALF * movement.fall
+    return 1.0 if begins <= t < ends else 0.0
 
 
 def examples(

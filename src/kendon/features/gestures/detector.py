@@ -6,15 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from kendon.features.gestures.arm import ARM, Arm, shoulder_of
 from kendon.features.gestures.evidence import either, posterior
 from kendon.features.gestures.hands import (
-    ARM,
     NO_WAVE,
-    Arm,
     HandshakeEvidence,
     WaveEvidence,
+    hand_evidence,
     near_enough,
-    shoulder_of,
 )
 from kendon.features.gestures.head import DipEvidence, Head, NodEvidence
 from kendon.features.gestures.trunk import BowEvidence, Trunk
@@ -113,7 +112,9 @@ class GestureDetector:
             self._arm += (sum(lengths) / len(lengths) - self._arm) / SLOWNESS
         aside = self._aside(end, since)
         hands = tuple(
-            one.evidence(end, since, self._arm, other, distance, aside) if one.seen(since) else None
+            hand_evidence(one, other, end, since, self._arm, distance, aside)
+            if one.seen(since)
+            else None
             for one, other in arms
         )
         flexion, bow = math.nan, None

@@ -1,0 +1,124 @@
+"""Where a hand has been, against paths whose places and speeds are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kendon.features.gestures.arm import ACROSS, ARM, KEPT, LAST, RAISED, TOWARD, UP, Arm
+from kendon.geometry import Vec3
+
+SHOULDER: Vec3 = (3.0, 0.2, 1.4)
+HEAD: Vec3 = (2.9, 0.0, 1.55)
+OTHER: Vec3 = (3.0, -0.2, 0.85)
+RATES = (10.0, 15.0, 30.0, 60.0)
+
+
+def arm_of(place: object, rate: float, seconds: float = 3.0) -> tuple[Arm, float]:
+    """An arm whose wrist goes along a path from the shoulder, toward the robot, left and up."""
+    assert callable(place)
+    arm = Arm()
+    way = math.hypot(*SHOULDER[:2])
+    ux, uy = -SHOULDER[0] / way, -SHOULDER[1] / way  # toward the robot
+    t = 0.0
+    for k in range(round(seconds * rate) + 1):
+        t = k / rate
+        toward, across, up = place(t)
+        wrist = (
+            SHOULDER[0] + toward * ux - across * uy,
+            SHOULDER[1] + toward * uy + across * ux,
+            SHOULDER[2] + up,
+        )
+        elbow = (
+            (SHOULDER[0] + wrist[0]) / 2, (SHOULDER[1] + wrist[1]) / 2,
+            (SHOULDER[2] + wrist[2]) / 2,
+        )  # fmt: skip
+        arm.add(t, SHOULDER, elbow, wrist, HEAD, OTHER)
+    return arm, t
+
+
+@pytest.mark.parametrize("rate", RATES)
+@given(speeds=st.tuples(*[st.floats(-2, 2)] * 3))
+def test_the_speed_of_a_straight_way_is_its_slope_at_any_rate(
+    rate: float, speeds: tuple[float, float, float]
+) -> None:
+    arm, end = arm_of(lambda t: tuple(v * t for v in speeds), rate, 1.0)
+    toward, across, up = speeds
+    assert arm.speed(end, UP) == pytest.approx(up, abs=1e-9)
+    assert arm.speed(end, TOWARD) == pytest.approx(toward, abs=1e-9)
+    assert abs(arm.speed(end, ACROSS)) == pytest.approx(abs(across), abs=1e-9)
+
+
+@pytest.mark.parametrize("where", [-3, -2, -1])
+def test_one_wild_place_changes_no_speed_much(where: int) -> None:
+    wild = {where % 31: 5.0}
+    arm, end = arm_of(lambda t: (0.1, 0.0, t + wild.get(round(t * 30), 0.0)), 30.0, 1.0)
+    assert arm.speed(end, UP) == pytest.approx(1.0, abs=0.5)
+
+
+def test_the_speed_of_a_hand_that_was_seen_once_is_unknown() -> None:
+    arm, end = arm_of(lambda t: (0.1, 0.0, 0.0), 30.0, 0.0)
+    assert math.isnan(arm.speed(end, UP))
+    assert math.isnan(arm.reached(end, UP))
+
+
+@given(high=st.floats(-0.2, 0.5), low=st.floats(-0.5, -0.3))
+def test_where_a_hand_came_before_does_not_count_what_it_does_now(high: float, low: float) -> None:
+    """It was low until the last 0.8 s, and is high since."""
+    arm, end = arm_of(lambda t: (0.1, 0.0, high if t > 3.0 - LAST else low), 30.0)
+    assert arm.reached(end, UP) == pytest.approx(low)
+    later, end = arm_of(lambda t: (0.1, 0.0, high if t < 3.0 - LAST else low), 30.0)
+    assert later.reached(end, UP) == pytest.approx(high)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@given(amplitude=st.floats(0.1, 0.5), phase=st.floats(0, 2 * math.pi))
+def test_an_arm_that_swings_comes_no_farther_than_it_has_just_come(
+    rate: float, amplitude: float, phase: float
+) -> None:
+    """Half a stride and more was seen before: each swing is like the last."""
+    arm, end = arm_of(
+        lambda t: (amplitude * math.sin(2 * math.pi * t + phase), 0.0, -0.4), rate, 2 * KEPT
+    )
+    latest = arm.lately(end, end - 0.2, ARM)
+    assert latest.toward * ARM <= arm.reached(end, TOWARD) + 0.25 * amplitude
+
+
+def test_a_hand_is_where_it_is_for_longer_the_less_sure_its_bones_are() -> None:
+    """A straight arm that rises: its place is the median of a tenth of a second, or a quarter."""
+
+    def up(t: float) -> float:
+        return -0.5 * math.cos(0.5 + 0.5 * t)
+
+    def place(t: float) -> tuple[float, float, float]:
+        return 0.5 * math.sin(0.5 + 0.5 * t), 0.0, up(t)
+
+    arm, end = arm_of(place, 60.0, 2.0)
+    sure = arm.lately(end, end - 0.2, ARM)
+    assert sure.up * ARM == pytest.approx(up(end - 0.05), abs=0.002)
+    assert sure.noise < 1e-9
+    arm, rng = Arm(), np.random.default_rng(3)
+    for k in range(121):
+        t = k / 60
+        wrist = np.add(SHOULDER, (-place(t)[0], 0.0, up(t)))
+        x, y, z = (wrist + np.array(SHOULDER)) / 2 + rng.normal(0, 0.1, 3)
+        arm.add(t, SHOULDER, (x, y, z), tuple(wrist), HEAD, OTHER)
+    unsure = arm.lately(end, end - 0.2, ARM)
+    assert unsure.up * ARM == pytest.approx(up(end - 0.125), abs=0.002)
+    assert unsure.noise > 0.01
+
+
+def test_when_a_hand_was_last_down_is_kept_in_mind() -> None:
+    arm = Arm()
+    for k in range(91):
+        t = k / 30
+        up = -0.5 if t < 1.0 else 0.1  # [m]; a hand at -0.5 arms is neither up nor down
+        arm.add(t, SHOULDER, SHOULDER, (2.9, 0.2, 1.4 + up), HEAD, OTHER)
+        if k % 6 == 0 and k:
+            arm.lately(t, t - 0.2, ARM)
+    assert arm.low == pytest.approx(1.0, abs=0.2)
+    assert RAISED * ARM > -0.5
