@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -137,3 +137,18 @@ def draw_body(rng: np.random.Generator, stature: float | None = None) -> Body:
         sway=float(rng.uniform(0.4, 1.6)),
         phase=float(rng.uniform(0, 2 * math.pi)),
     )
+
+
+def draw_walker(rng: np.random.Generator, brisk: float, stature: float | None = None) -> Body:
+    """Draw somebody; some walk with bent elbows, so that their hands swing up to the chest.
+
+    Args:
+        rng: chance.
+        brisk: the share of those; what their arms do is ours.
+        stature: if it is known [m].
+    """
+    body = draw_body(rng, stature)
+    if rng.random() < brisk:
+        elbow, swing = float(rng.uniform(0.5, 1.4)), float(rng.uniform(1.0, 2.2))
+        body = replace(body, elbow=elbow, swing=swing)
+    return body

@@ -11,7 +11,7 @@ import numpy as np
 
 from kendon.person import FloatArray, Track
 from kendon.phases import Phase
-from kendon.simulation.body import FACE_HEIGHT, draw_body
+from kendon.simulation.body import FACE_HEIGHT, draw_walker
 from kendon.simulation.motion import count_steps, move
 from kendon.simulation.movements import Movement, draw_movement, shown
 
@@ -28,6 +28,8 @@ REPERTOIRE: Mapping[Phase, Mapping[str, float]] = {
 #: What people may be at when nothing is asked of them, and how often they are; ours.
 PASTIMES = ("pockets", "bag", "text", "call", "face", "hair", "watch", "crossed")
 BUSY = 0.3
+#: So many of those who walk up to somebody swing their arms like joggers; ours.
+_BRISK = 0.2
 
 
 class Salutation(NamedTuple):
@@ -71,7 +73,7 @@ def with_body(
         height: of the face [m].
         salutations: what they show, in order.
     """
-    body = draw_body(rng, stature=height / FACE_HEIGHT)
+    body = draw_walker(rng, _BRISK, stature=height / FACE_HEIGHT)
     drawn = [draw_salutation(rng, s, body.handed) for s in salutations]
     movements = [m for m in drawn if m is not None]
     t = track.t

@@ -223,7 +223,8 @@ def _look(
     down[phases == Phase.HD.value] = rng.uniform(0.6, 1.1)
     # People seldom point their noses exactly at whom they look at.
     away += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
-    down += rng.normal(0, 0.12) + _wander(t, 0.06, rng)
+    # Up and down they move little: recorded people's heads by a degree or two (ours).
+    down += rng.normal(0, 0.12) + _wander(t, 0.025, rng)
     away, down = _smooth(away, 0.12), _smooth(down, 0.12)
     to_face = _ROBOT_FACE - head
     yaw = np.arctan2(to_face[:, 1], to_face[:, 0]) + away

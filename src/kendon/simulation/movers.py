@@ -8,13 +8,13 @@ so that what holds here holds for people elsewhere.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from kendon.errors import ParameterError
 from kendon.person import GESTURES, FloatArray, Track
-from kendon.simulation.body import Body, draw_body
+from kendon.simulation.body import Body, draw_walker
 from kendon.simulation.limbs import min_jerk
 from kendon.simulation.motion import count_steps, look_along, move
 from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement
@@ -84,7 +84,7 @@ def perform_movement(
     rate = float(np.exp(rng.uniform(*np.log(RATES)))) if rate is None else rate
     if not 0 < rate < math.inf:
         raise ParameterError(f"frames a second must be positive, not {rate}")
-    body = body or _draw_walker(rng)
+    body = body or draw_walker(rng, _BRISK)
     closes = kind in ("handshake", "hug")
     near = closes or (kind in MOVEMENTS and rng.random() < _NEAR.get(kind, 0.3))
     drawn: list[Movement] = []
@@ -155,15 +155,6 @@ def _way(
         along = side * (way - way[-1] / 2)
         return speed, straight + stop, along, heading - side * math.pi / 2
     return speed, stop + way[-1] - way, straight, heading
-
-
-def _draw_walker(rng: np.random.Generator) -> Body:
-    """Somebody; some walk with bent elbows, so that their hands swing up to the chest."""
-    body = draw_body(rng)
-    if rng.random() < _BRISK:
-        elbow, swing = float(rng.uniform(0.5, 1.4)), float(rng.uniform(1.0, 2.2))
-        body = replace(body, elbow=elbow, swing=swing)
-    return body
 
 
 def _integral(t: FloatArray, speed: FloatArray) -> FloatArray:

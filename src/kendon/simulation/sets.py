@@ -35,7 +35,7 @@ class Signs(StrEnum):
 
 
 #: The share of a varied set that is seen through a drawn sensor.
-SENSED_SHARE = 0.15
+SENSED_SHARE = 0.25
 
 
 def simulate(
