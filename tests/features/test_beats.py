@@ -36,7 +36,7 @@ def test_what_goes_one_way_has_no_beat(ways: list[float], sign: float) -> None:
 
 @given(st.lists(st.floats(-30.0, 30.0), min_size=4, max_size=12))
 def test_no_beat_is_larger_than_the_course_and_a_limit_only_takes_away(course: list[float]) -> None:
-    free, limited = beat(course).size, beat(course, 10.0).size
+    free, limited = beat(course).size, beat(course, 10.0, 10.0).size
     assert 0.0 <= free <= max(course) - min(course)
     assert limited in (0.0, free)
     assert limited <= 10.0

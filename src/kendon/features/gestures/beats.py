@@ -47,29 +47,32 @@ class Beat(NamedTuple):
     ago: int  # how many steps ago it turned
 
 
-def beat(course: Sequence[float], largest: float = math.inf) -> Beat:
+def beat(course: Sequence[float], lowest: float = math.inf, highest: float = math.inf) -> Beat:
     """The largest beat of a course; of size 0 where there is none.
 
     Args:
         course: steps; what is positive is down.
-        largest: what goes farther is no beat, and hides those beside it.
+        lowest: what goes farther down is no beat, and hides those beside it.
+        highest: nor is what goes farther up.
 
     >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0])
     Beat(size=7.0, ago=2)
-    >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0], largest=6.0)
+    >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0], lowest=6.0)
     Beat(size=0.0, ago=0)
     """
     if len(course) < LEAST_STEPS:
         return Beat(math.nan, 0)
     best = Beat(0.0, 0)
-    for sign, before, after in ((1.0, DOWN, DOWN_BACK), (-1.0, UP, UP_BACK)):
+    for sign, before, after, largest in (
+        (1.0, DOWN, DOWN_BACK, lowest), (-1.0, UP, UP_BACK, highest)
+    ):  # fmt: skip
         way = [sign * step for step in course]
         for k in range(1, len(way) - 1):
             there = way[k] - min(way[max(0, k - before) : k])
             back = way[k] - min(way[k + 1 : k + 1 + after])
             if min(there, back) > best.size:
                 best = Beat(min(there, back), len(way) - 1 - k)
-            deepest, highest = way[k] - min(way[:k]), way[k] - min(way[k + 1 :])
-            if min(max(deepest, highest), ONE_WAY * min(deepest, highest)) > largest:
+            far_there, far_back = way[k] - min(way[:k]), way[k] - min(way[k + 1 :])
+            if min(max(far_there, far_back), ONE_WAY * min(far_there, far_back)) > largest:
                 return Beat(0.0, 0)
     return best

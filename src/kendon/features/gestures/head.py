@@ -56,8 +56,9 @@ LEVER = 0.12
 WALKING = math.radians(6)
 #: Who bows bends the neck, too: the pitch changes by so many times as much.
 NECK = 1.5
-#: What goes farther is no nod or toss: farther down it is a dip [rad].
-LARGEST_BEAT = math.radians(24)
+#: What goes farther down is a dip, no nod; but who has looked to the ground comes farther up for a
+#: toss than the toss is high [rad].
+LOWEST_NOD, HIGHEST_TOSS = math.radians(24), math.radians(45)
 #: The noise that is assumed while there are too few frames to estimate it, of the pitch [rad] and
 #: of the face's height [m].
 PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
@@ -198,7 +199,7 @@ class Head:
             ),
             *sunk,
         )
-        nods = beat(course, LARGEST_BEAT)
+        nods = beat(course, LOWEST_NOD, HIGHEST_TOSS)
         turn = end - nods.ago * SMOOTH
         nod = NodEvidence(
             BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step),
