@@ -229,6 +229,19 @@ def test_a_nod_and_a_toss_speak_for_a_salutation(rate: float, sign: int) -> None
     assert np.nanmax(glance) < 0.5
 
 
+@pytest.mark.parametrize("back", [0.0, 25.0])
+def test_who_looks_up_from_the_ground_for_a_toss_tosses_the_head(back: float) -> None:
+    """From 25 degrees down to 12 over the level, and back to the level or to the ground."""
+
+    def tossed(t: FloatArray) -> FloatArray:
+        up, down = risen(t, 2.0, 0.2), risen(t, 2.4, 0.3)
+        return np.radians(25 - 37 * up + (12 + back) * down)
+
+    looking_up = body(pitch=lambda t: np.radians(25 - 25 * risen(t, 2.0, 0.2)))
+    assert np.nanmax(detected(body(pitch=tossed))["nod"]) > 0.5
+    assert np.nanmax(detected(looking_up)["nod"]) < 0.1
+
+
 def test_a_wave_is_read_at_its_turning_points_too() -> None:
     """A wide slow swing, from upright to level and back."""
 
