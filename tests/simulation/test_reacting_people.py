@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from kendon.errors import ParameterError, UnknownNameError
 from kendon.geometry import ORIGIN, Pose2D
@@ -201,6 +202,26 @@ def test_a_hand_that_is_offered_is_taken_and_shaken(seed: int) -> None:
     assert not person.gave_up
     assert Phase.CS in person.answered
     assert {m.kind for m in person.made} == {"handshake"}
+
+
+def test_who_salutes_with_the_head_looks_at_the_robot_first() -> None:
+    """Within 15 degrees: the look wanders by some."""
+    heads = 0
+    for seed in range(40):
+        person = ReactingPerson(greeting(salutes=1.0, waits=True), OPPOSITE, seed=seed)
+        before = 0
+        while not person.finished and person.t < 8.0:
+            frame = person.actor.frame()
+            person.live(still(person.t))
+            if len(person.made) > before:
+                before = len(person.made)
+                if person.made[-1].kind in ("nod", "toss"):
+                    heads += 1
+                    nose = Rotation.from_quat(frame.head_rotation).apply([1.0, 0.0, 0.0])
+                    way = np.array(FACE) - frame.head
+                    off = math.acos(nose @ way / np.linalg.norm(way))
+                    assert off < math.radians(15)
+    assert heads > 3
 
 
 def test_a_salutation_is_waited_for_and_the_answer_is_seen_a_little_late() -> None:

@@ -29,6 +29,8 @@ TURN_RATE, HEAD_RATE = 2.5, 5.0
 _LEGS, _HEAD, _FACE = 0.2, 0.12, 0.2
 #: How far heads turn from the body's heading, and look up or down [rad].
 _MOST_TURNED, _MOST_PITCHED = math.radians(75), math.radians(55)
+#: A head this near to where it was to turn is there [rad].
+_THERE = math.radians(8)
 #: Who walks more slowly than this stands [m/s].
 STILL = 0.1
 #: Within this of the robot a salutation is a close one, within that an approach the final one
@@ -102,6 +104,13 @@ class Actor:
     def arrived(self) -> bool:
         """Whether there is nowhere left to walk to."""
         return self._goal is None
+
+    @property
+    def looks_there(self) -> bool:
+        """Whether the head has come to where the person wants to look, but for its wandering."""
+        yaw, pitch = self._looking()
+        off = 0.0 if yaw is None else wrap_angle(yaw - self._yaw)
+        return abs(off) < _THERE and abs(pitch - self._pitch) < _THERE
 
     def showing(self, gesture: str) -> bool:
         """Whether a gesture is plainly shown: from half into the movement to half out of it."""

@@ -31,6 +31,8 @@ from kendon.simulation.temperaments import Temperament
 #: reactions take 0.2 to 0.4 s (Woodworth & Schlosberg 1954).
 RATE = 10.0
 REACTION = 0.3
+#: Who salutes with the head looks at the robot first, for so long at most [s]; ours.
+_FIRST_LOOK = 0.8
 #: Who steps back goes this far beyond their comfort, at this pace (ours) [m], [m/s].
 _BACK, _BACK_PACE = 0.3, 0.7
 #: Within this a robot that comes too fast frightens [m].
@@ -170,7 +172,12 @@ class ReactingPerson:
             self.actor.act(Smile(own.smile))
             if not walking:
                 self.actor.act(Stand())
-            shown = self._salutation(Phase.DS, math.log(1.0), 0.4)
+            drawn = self._draw(Phase.DS, math.log(1.0), 0.4)
+            looks = self.t + _FIRST_LOOK
+            while not drawn.hands and not self.actor.looks_there and self.t < looks:
+                # A distance salutation has direct gaze (4.1.2): the head comes up, then salutes.
+                yield from self._tick(walk=walking)
+            shown = self._make(drawn)
             since = self.t
             end = shown.end - (shown.fall / 2 if shown.hands else 0.0)  # as labels have it
             waiting = not walking and own.waits
@@ -184,7 +191,7 @@ class ReactingPerson:
                 self._stage = Phase.APP
             # 2.1.3: half of the salutations early in the approach, never those in the final one.
             if not attempt and self._sight.away > FINAL + 0.5 and rng.random() < own.dips:
-                dip = self._salutation(Phase.HD, math.log(0.5), 0.3)
+                dip = self._make(self._draw(Phase.HD, math.log(0.5), 0.3))
                 while self.t < dip.end:
                     yield from self._tick(walk=walking)
             if Phase.DS in self.answered or attempt or not own.again:
@@ -350,13 +357,13 @@ class ReactingPerson:
     def _look_at_robot(self, aside: float = 0.0, down: float = 0.0) -> None:
         self.actor.act(Look(self._sight.noticed.face, aside, down))
 
-    def _salutation(self, phase: Phase, typical: float, spread: float) -> Movement:
+    def _draw(self, phase: Phase, typical: float, spread: float) -> Movement:
         """A salutation or dip as drawn greeters show it, about so long [log s] (3.4)."""
         seconds = float(np.clip(self._rng.lognormal(typical, spread), 0.3, 2.2))
         told = Salutation(phase, self.t, seconds)
         drawn = draw_salutation(self._rng, told, self.actor.body.handed)
         assert drawn is not None  # only a close salutation may be to stand and look
-        return self._make(drawn)
+        return drawn
 
     def _make(self, movement: Movement) -> Movement:
         made = self.actor.act(Gesture(movement.kind, movement))
