@@ -38,11 +38,12 @@ SUCCESS, FAILURE, RUNNING, SKIPPED = (
 
 
 class DirectTick:
-    """Ticks by plain calls of `tick_once`, downwards through the whole tree.
+    """Ticks and halts by plain calls, downwards through the whole tree.
 
     py_trees ticks through nested generators, so that visitors can look at every node in between;
     in a tree as deep as the greeting's that costs more than the nodes themselves. `tick` is
-    kept for py_trees's visitors, which see the nodes after the tick.
+    kept for py_trees's visitors, which see the nodes after the tick. Its `stop` writes a line
+    for a log at every node, whether or not anybody reads it.
     """
 
     def tick(self: Any) -> Iterator[Behaviour]:
@@ -51,6 +52,14 @@ class DirectTick:
         for node in self.iterate():
             if node is self or node.status is not Status.INVALID:
                 yield node
+
+    def stop(self: Any, new_status: Status = Status.INVALID) -> None:
+        """Halt this node and everything below it."""
+        self.terminate(new_status)
+        if new_status is Status.INVALID:
+            for child in self.children:
+                child.stop(new_status)
+        self.status = new_status
 
 
 def reset(node: Behaviour) -> None:
@@ -80,13 +89,10 @@ class ControlNode(DirectTick, Composite):
         """Tick children and return this node's status."""
         return SKIPPED
 
-    def stop(self, new_status: Status = Status.INVALID) -> None:
-        """Halt this node and everything below it."""
+    def terminate(self, new_status: Status) -> None:
+        """Forget where the round stood when halted."""
         if new_status is Status.INVALID:
             self._forget()
-            for child in self.children:
-                child.stop(Status.INVALID)
-        self.status = new_status
 
     def _forget(self) -> None:
         """Forget where the round stood; called when the node is halted."""
