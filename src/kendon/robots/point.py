@@ -188,21 +188,20 @@ class PointRobot(Robot):
         self._driving.clearance.observe(self.person, self.time)
         base.advance(dt)
         self._pose = Pose2D(base.x, base.y, base.yaw)
-        for command in self._occupied.values():
+        for channel, command in self._occupied.items():
             if not command.running:
                 continue
             command.heard = self.time
-            kind = command.kind
-            if kind is CommandKind.GO_TO or kind is CommandKind.TURN_TO:
+            if channel == "base":
                 self._driving.finish(self, command)
-            elif kind is CommandKind.LOOK_AT:
+            elif channel == "head":
                 self._look(command, dt)
-            elif kind is CommandKind.STOP:
+            elif channel == "all":
                 if base.standing:
                     self.succeed(command)
             else:
-                left = self._until[kind] - self.time
-                if kind is CommandKind.EXPRESS:
+                left = self._until[command.kind] - self.time
+                if channel == "face":
                     old, new = self._ramp
                     self._level = new - (new - old) * max(0.0, left) / EXPRESSION_SECONDS
                 if left <= 1e-9:  # a sum of time steps may fall short by rounding

@@ -76,7 +76,7 @@ class CommandLeaf(Leaf):
         command = self.command
         if command is None:
             return FAILURE
-        if command.status is CommandStatus.RUNNING:
+        if command.running:
             return RUNNING
         if command.status is CommandStatus.SUCCEEDED:
             return SUCCESS
