@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -43,7 +42,7 @@ def recorded(start: float = 0.0) -> list[PersonFrame]:
     """The frames of the normal greeting as before a robot that stands still."""
     person, frames = SimulatedPerson(SCRIPTS["normal"]), []
     while not person.finished:
-        frames.append(replace(person.frame(), t=start + person.t))
+        frames.append(person.frame()._replace(t=start + person.t))
         person.step()
     return frames
 
@@ -245,7 +244,7 @@ def test_nothing_that_comes_later_changes_a_moment() -> None:
     whole = list(Greeter(Frames(frames)).run())
     for cut in (1, 40, 97, 200):
         end = frames[cut].t
-        other = [replace(f, head=(9.0, -9.0, 1.0), smile=5.0, dsal=1.0) for f in frames[cut:]]
+        other = [f._replace(head=(9.0, -9.0, 1.0), smile=5.0, dsal=1.0) for f in frames[cut:]]
         changed = list(Greeter(Frames([*frames[:cut], *other])).run())
         before = sum(moment.t < end for moment in whole)
         assert all(map(same, whole[:before], changed[:before]))
@@ -305,7 +304,7 @@ def test_who_comes_back_after_a_while_is_greeted_anew() -> None:
 def test_a_short_loss_ends_no_greeting() -> None:
     frames = recorded()
     arrived = next(i for i, f in enumerate(frames) if f.csal == 1)
-    late = [replace(f, t=f.t + FORGOTTEN - 1) for f in frames[arrived + 30 :]]
+    late = [f._replace(t=f.t + FORGOTTEN - 1) for f in frames[arrived + 30 :]]
     record = encounter(Greeter(Frames([*frames[: arrived + 30], *late])))
     assert record.phases == IN_ORDER
     assert [action.label for action in record.actions].count("handshake") == 1
@@ -350,14 +349,14 @@ def test_a_track_in_memory_is_greeted_as_its_file_would_be() -> None:
 
 
 def test_somebody_else_is_greeted_anew() -> None:
-    first = [replace(frame, who=1) for frame in recorded()]
+    first = [frame._replace(who=1) for frame in recorded()]
     end = first[-1].t
-    second = [replace(frame, t=end + 0.5 + frame.t, who=2) for frame in recorded()]
+    second = [frame._replace(t=end + 0.5 + frame.t, who=2) for frame in recorded()]
     both = encounter(Greeter(Frames(first + second)))
     assert both.phases[: len(IN_ORDER)] == IN_ORDER
     anew = [m.belief.phase for m in both.moments if m.t > end + 0.5 and m.belief]
     order = [phase for i, phase in enumerate(anew) if i == 0 or phase is not anew[i - 1]]
     assert order[0] is Phase.IA  # a person who is greeted stays greeted; a new one begins
-    same = encounter(Greeter(Frames(first + [replace(frame, who=1) for frame in second])))
+    same = encounter(Greeter(Frames(first + [frame._replace(who=1) for frame in second])))
     kept = [m.belief.phase for m in same.moments if m.t > end + 0.5 and m.belief]
     assert kept[0] is Phase.CS

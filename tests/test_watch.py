@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 from fake_camera import Clock, Everywhere, FakeCamera
@@ -22,7 +21,7 @@ MODEL = load_model()
 def recorded() -> Track:
     person, frames = SimulatedPerson(SCRIPTS["normal"]), []
     while not person.finished:
-        frames.append(replace(person.frame(), t=person.t))
+        frames.append(person.frame()._replace(t=person.t))
         person.step()
     return Track.from_frames(frames)
 

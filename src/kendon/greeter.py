@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -139,7 +139,7 @@ class Flow:
         before = frame.t - TOLERANCE
         if self._is_due(before):
             yield from self.advance(before)
-        self._take_in(replace(frame, t=frame.t - self._first) if self._first else frame)
+        self._take_in(frame._replace(t=frame.t - self._first) if self._first else frame)
 
     def advance(self, t: float) -> Iterator[Moment]:
         """The moments before the frames' clock shows `t` [s]; none before the first frame."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Collection, ItemsView, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,8 +81,11 @@ class LateJoints(Mapping[str, Vec3]):
         return repr(self._worked_out())
 
 
-@dataclass(frozen=True, slots=True)
-class PersonFrame:
+#: The joints of somebody none of whose joints are known.
+_NO_JOINTS: Mapping[str, Vec3] = {}
+
+
+class PersonFrame(NamedTuple):
     """One person at one instant, seen from the robot."""
 
     t: float  # [s]
@@ -90,7 +93,7 @@ class PersonFrame:
     head_rotation: Quaternion = UNKNOWN_ROTATION  # of the head: x out of the face, y left, z up
     eyes: tuple[Vec3, Vec3] | None = None  # [m], centres of the person's left and right eye
     eye_gaze: tuple[Vec3, Vec3] | None = None  # directions out of those eyes
-    joints: Mapping[str, Vec3] = field(default_factory=dict)  # [m], by the names in JOINTS
+    joints: Mapping[str, Vec3] = _NO_JOINTS  # [m], by the names in JOINTS
     smile: float = math.nan  # [0-5], the mean of AU06 and AU12 (thesis 3.11)
     dsal: float = math.nan  # [probability], given by hand
     csal: float = math.nan  # [probability], given by hand

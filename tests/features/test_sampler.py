@@ -442,8 +442,8 @@ def test_nothing_of_one_person_enters_the_observations_of_the_next(leaves: float
     pairs: list[tuple[Observation, Observation]] = []
     for first, second in zip(far, near, strict=True):
         here = first.t >= leaves
-        one = after_somebody.push(replace(second, who=2) if here else replace(first, who=1))
-        other = after_nobody.push(replace(second, who=2) if here else PersonFrame(first.t))
+        one = after_somebody.push(second._replace(who=2) if here else first._replace(who=1))
+        other = after_nobody.push(second._replace(who=2) if here else PersonFrame(first.t))
         pairs += zip(one, other, strict=True)
     later = [pair for pair in pairs if pair[0].t > leaves + PERIOD]
     assert len(later) > 5

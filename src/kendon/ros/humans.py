@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from kendon.errors import DataError
@@ -76,7 +75,7 @@ class HumansStream(PersonStream):
             t = self.timed(stamp, now * _NANO)
             if t is not None:
                 who = self.number(self._target or heard.person.name)
-                yield replace(heard.frame, t=t, who=who, robot=self._place.at(stamp))
+                yield heard.frame._replace(t=t, who=who, robot=self._place.at(stamp))
 
     def _is_followed(self, heard: HeardFrame, now: float) -> bool:
         person = heard.person

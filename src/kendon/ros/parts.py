@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from kendon.geometry import Vec3
@@ -86,7 +86,7 @@ class ReadingPart(NodePart):
         if self._first is None:
             self._first = frame.t
         # The flow's clock begins at zero, that of the robot's commands likewise.
-        for moment in self._flow.take(replace(frame, t=frame.t - self._first)):
+        for moment in self._flow.take(frame._replace(t=frame.t - self._first)):
             yield self._told(moment)
 
     def idle(self, now: float) -> Iterator[Told]:

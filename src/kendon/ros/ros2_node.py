@@ -7,7 +7,6 @@ import importlib
 import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from kendon.errors import KendonError
@@ -253,7 +252,7 @@ class Ros2Node:
                 return
             self._shift += self._flow_at - t + TICK * _NANO
             t = heard.frame.t + self._shift
-        frame = replace(heard.frame, t=t, who=number, robot=self.place.at(heard.stamp * _NANO))
+        frame = heard.frame._replace(t=t, who=number, robot=self.place.at(heard.stamp * _NANO))
         self._flow_at = t
         self._take(self._flow.take(frame))
 

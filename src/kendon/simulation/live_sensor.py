@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -88,15 +88,15 @@ class LiveSensor:
         stretch = 1 + rng.normal(0, sensor.range_noise) if sensor.range_noise else 1.0
         head = (x * stretch, y * stretch, z)
         if math.hypot(x, y) > sensor.face_range:
-            return replace(
-                frame, head=head, head_rotation=_UNKNOWN, eyes=None, eye_gaze=None,
+            return frame._replace(
+                head=head, head_rotation=_UNKNOWN, eyes=None, eye_gaze=None,
                 smile=math.nan, joints=self._joints(frame, head, dt),
             )  # fmt: skip
         rotation = frame.head_rotation
         if sensor.head_noise:
             rotation = _shake(rotation, *rng.normal(0, sensor.head_noise, 2).tolist())
-        return replace(
-            frame, head=head, head_rotation=rotation, joints=self._joints(frame, head, dt)
+        return frame._replace(
+            head=head, head_rotation=rotation, joints=self._joints(frame, head, dt)
         )
 
     def _joints(self, frame: PersonFrame, head: Vec3, dt: float) -> dict[str, Vec3]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -163,8 +163,7 @@ class PersonReader:
         centres = self._mounted.points(both.centres)
         gaze = self._mounted.directions(both.gaze)
         blinks = self._blinks(face.number, face.reading, t)
-        frame = replace(
-            frame,
+        frame = frame._replace(
             eyes=(_vec3(centres[0]), _vec3(centres[1])),
             eye_gaze=None if blinks else (_vec3(gaze[0]), _vec3(gaze[1])),
             smile=smile_intensity(face.reading.blendshapes),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 from kendon.errors import UnknownNameError
@@ -117,8 +116,7 @@ class ReactingSource(Source):
 
 
 def _with_keys(frame: PersonFrame, phase: Phase | None) -> PersonFrame:
-    return replace(
-        frame,
+    return frame._replace(
         dsal=float(phase is Phase.DS),
         csal=float(phase is Phase.CS),
         hdip=float(phase is Phase.HD),

@@ -219,5 +219,5 @@ class Player:
         if self.keys:
             gestures = {movement.gesture for movement in self._going_on()}
             dsal, csal, hdip = (float(name in gestures) for name in GESTURES)
-            shown = replace(shown, dsal=dsal, csal=csal, hdip=hdip)
+            shown = shown._replace(dsal=dsal, csal=csal, hdip=hdip)
         return shown.seen_from(robot)
