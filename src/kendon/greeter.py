@@ -168,12 +168,13 @@ class Flow:
     def _take_in(self, frame: PersonFrame) -> None:
         for observation in self._sampler.push(frame.seen_from(self.robot.pose)):
             self._observe(observation)
-        if frame.seen and self._seen is not None and frame.who != self._seen.who:
+        if not frame.seen:
+            return
+        if self._seen is not None and frame.who != self._seen.who:
             self._end_greeting()  # somebody else: a greeting of their own
-        if frame.seen:
-            self._seen, self._seen_at = frame, frame.t
-            x, y, _ = frame.robot.to_world(frame.head)
-            self._intent.see(frame.t, x, y)
+        self._seen, self._seen_at = frame, frame.t
+        x, y, _ = frame.robot.to_world(frame.head)
+        self._intent.see(frame.t, x, y)
 
     def _observe(self, observation: Observation) -> None:
         if self._seen is None:

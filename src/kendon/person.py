@@ -40,7 +40,18 @@ JOINTS: tuple[str, ...] = tuple(
 #: The gesture probabilities that can be given by hand, as the thesis's keys gave them (3.3.5).
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
 #: The phases that press those keys, in the same order.
-_KEYED = np.array([Phase.DS.value, Phase.CS.value, Phase.HD.value])
+_KEYED = (Phase.DS, Phase.CS, Phase.HD)
+#: The gestures as the keys give them in each phase.
+_PRESSED = {
+    None: (0.0, 0.0, 0.0),
+    **{phase: tuple(float(phase is keyed) for keyed in _KEYED) for phase in Phase},
+}
+
+
+def pressed(phase: Phase | None) -> tuple[float, ...]:
+    """The gestures as given by hand, with the thesis's keys, in a phase (3.3.5)."""
+    return _PRESSED[phase]
+
 
 
 class LateJoints(Mapping[str, Vec3]):
@@ -291,7 +302,7 @@ class Track:
         """
         if self.phases is None:
             raise ParameterError(f"{self.name or 'the track'} has no true phases to press keys by")
-        keys = self.phases[:, None] == _KEYED
+        keys = self.phases[:, None] == np.array(_KEYED)
         labelled = self.phases[:, None] >= 0
         return replace(self, gestures=np.where(labelled, keys, self.gestures))
 

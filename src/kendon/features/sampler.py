@@ -100,7 +100,7 @@ class Sampler:
         if t <= self._last:
             raise ParameterError(f"frames must come in order: {t} s after {self._last} s")
         done = self._until(t, TOLERANCE)
-        if frame.seen and frame.who != self._who:
+        if frame.who != self._who and frame.seen:
             self._meet(frame.who)
         self._take_in(frame)
         return done

@@ -12,7 +12,7 @@ import numpy as np
 from kendon.errors import ParameterError
 from kendon.features.gaze import RIM
 from kendon.geometry import ORIGIN, Pose2D, Quaternion, Vec3, wrap_angle
-from kendon.person import JOINTS, LateJoints, PersonFrame
+from kendon.person import JOINTS, LateJoints, PersonFrame, pressed
 from kendon.phases import Phase
 from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.limbs import min_jerk
@@ -108,11 +108,10 @@ class SimulatedPerson:
             # The head runs on rails, and the body hangs under it where somebody looks at it.
             head, rotation = (x, y, z), looking_along(*_look(act, (x, y, z), face))
             joints = LateJoints(JOINTS, partial(_hung, self._moving((x, y), rotation), head))
-            phase = act.phase
+            dsal, csal, hdip = pressed(act.phase)
             return PersonFrame(
                 self.t, head, rotation, joints=joints, smile=act.smile,
-                dsal=float(phase is Phase.DS), csal=float(phase is Phase.CS),
-                hdip=float(phase is Phase.HD), robot=robot,
+                dsal=dsal, csal=csal, hdip=hdip, robot=robot,
             )  # fmt: skip
         look = looking_along(*self._turning_look(self._act, (x, y, z), face))
         shown = self._moving((x, y), look)()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from kendon.errors import UnknownNameError
 from kendon.geometry import Pose2D
-from kendon.person import PersonFrame
+from kendon.person import PersonFrame, pressed
 from kendon.phases import Phase
 from kendon.robots.base import Appearance, Robot
 from kendon.robots.point import PointRobot
@@ -116,11 +116,8 @@ class ReactingSource(Source):
 
 
 def _with_keys(frame: PersonFrame, phase: Phase | None) -> PersonFrame:
-    return frame._replace(
-        dsal=float(phase is Phase.DS),
-        csal=float(phase is Phase.CS),
-        hdip=float(phase is Phase.HD),
-    )
+    dsal, csal, hdip = pressed(phase)
+    return frame._replace(dsal=dsal, csal=csal, hdip=hdip)
 
 
 class Station(NamedTuple):
