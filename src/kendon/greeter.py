@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,8 +37,7 @@ REMEMBERED = 0.5
 FORGOTTEN = 5.0
 
 
-@dataclass(frozen=True, slots=True)
-class Moment:
+class Moment(NamedTuple):
     """What the flow knows at one tick of its clock."""
 
     t: float  # [s] since the first frame
@@ -122,7 +122,7 @@ class Flow:
         self._intent = Intent()
         self._seen: PersonFrame | None = None
         self._seen_at = -math.inf
-        self._newest: tuple[Observation, Belief] | None = None
+        self._newest: tuple[Observation, Belief, Phase] | None = None
         self._logged = 0
         self._first = math.nan  # [s], the first frame's stamp
         self._ticks = 0
@@ -179,7 +179,8 @@ class Flow:
     def _observe(self, observation: Observation) -> None:
         if self._seen is None:
             return  # a belief about nobody would go from phase to phase by the odds alone
-        self._newest = observation, self._tracker.step(observation)
+        belief = self._tracker.step(observation)
+        self._newest = observation, belief, belief.phase
         self._intent.step(observation, self.robot.pose[:2])
 
     def _tick(self, t: float) -> Moment:
@@ -191,11 +192,7 @@ class Flow:
         self.robot.update(t)
         person = self._person(t)
         self.robot.person = self.robot.pose.to_world(person.head) if person else None
-        observation: Observation | None = None
-        belief: Belief | None = None
-        if self._newest is not None:
-            observation, belief = self._newest
-        phase = belief.phase if belief else None
+        observation, belief, phase = self._newest or (None, None, None)
         greets = self._intent.probability
         self.tree.tick(TickContext(t, phase, person, self.robot, greets))
         commands = tuple(self.robot.log[self._logged :])

@@ -41,17 +41,15 @@ JOINTS: tuple[str, ...] = tuple(
 GESTURES: tuple[str, ...] = ("dsal", "csal", "hdip")
 #: The phases that press those keys, in the same order.
 _KEYED = (Phase.DS, Phase.CS, Phase.HD)
-#: The gestures as the keys give them in each phase.
-_PRESSED = {
-    None: (0.0, 0.0, 0.0),
-    **{phase: tuple(float(phase is keyed) for keyed in _KEYED) for phase in Phase},
+#: The gestures as the keys give them in each phase; None = not greeting.
+_PRESSED: dict[Phase | None, tuple[float, ...]] = {
+    phase: tuple(float(phase is keyed) for keyed in _KEYED) for phase in (None, *Phase)
 }
 
 
 def pressed(phase: Phase | None) -> tuple[float, ...]:
     """The gestures as given by hand, with the thesis's keys, in a phase (3.3.5)."""
     return _PRESSED[phase]
-
 
 
 class LateJoints(Mapping[str, Vec3]):
