@@ -90,8 +90,8 @@ class LateJoints(Mapping[str, Vec3]):
         return repr(self._worked_out())
 
 
-#: The joints of somebody none of whose joints are known.
-_NO_JOINTS: Mapping[str, Vec3] = {}
+#: The joints of somebody none of whose joints are known; nobody can add to it.
+_NO_JOINTS = LateJoints((), dict)
 
 
 class PersonFrame(NamedTuple):
