@@ -24,6 +24,8 @@ from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 SLOWNESS = 5.0
 #: From this probability on a wave may have begun; two to four times what it usually is.
 BEGUN = 0.2
+#: A hand that is up again so soon goes on with the same wave [s]; ours.
+PAUSE = 0.7
 
 
 #: The probability that a hand waves that hangs.
@@ -70,12 +72,13 @@ class GestureDetector:
         self._head, self._trunk = Head(), Trunk()
         self._arm = ARM  # [m], the arms' length
         self._begun = math.nan  # how surely close the wave began that goes on
+        self._waved = -math.inf  # when it was last seen [s]
 
     def clear(self) -> None:
         """The person has been lost: forget everything."""
         for part in (self._left, self._right, self._head, self._trunk):
             part.clear()
-        self._arm, self._begun = ARM, math.nan
+        self._arm, self._begun, self._waved = ARM, math.nan, -math.inf
 
     def add(self, t: float, head: Vec3, rotation: Quaternion, joints: Mapping[str, Vec3]) -> None:
         """Take in what is seen at an instant, in the robot's base frame.
@@ -159,7 +162,7 @@ class GestureDetector:
             # Most salutations are made with the hands: a head that does nothing says little.
             others = math.nan
         close = near_enough(distance)
-        begun = self._begun_close(wave, close)
+        begun = self._begun_close(end, wave, close)
         return Gestures(
             dsal=either(wave * (1.0 - begun), others * (1.0 - close)),
             csal=either(wave * begun, others * close, handshake),
@@ -170,16 +173,17 @@ class GestureDetector:
             bow=bow,
         )
 
-    def _begun_close(self, wave: float, close: float) -> float:
+    def _begun_close(self, end: float, wave: float, close: float) -> float:
         """How surely a wave is a close salutation: as surely as where it began.
 
-        Who walks up waving from afar goes on with the distance salutation.
+        Who walks up waving from afar goes on with the distance salutation, also where the hand
+        comes down for a moment.
         """
         if wave > BEGUN:
-            self._begun = close if self._begun != self._begun else self._begun
+            if self._begun != self._begun or end - self._waved > PAUSE:
+                self._begun = close
+            self._waved = end
             return self._begun
-        if wave == wave:
-            self._begun = math.nan
         return close
 
     def complete(
