@@ -45,6 +45,7 @@ class Beat(NamedTuple):
 
     size: float  # how far it goes one way and comes back, the lesser of both; NaN when unknown
     ago: int  # how many steps ago it turned
+    over: int  # how many steps ago it was back
 
 
 def beat(course: Sequence[float], lowest: float = math.inf, highest: float = math.inf) -> Beat:
@@ -56,23 +57,26 @@ def beat(course: Sequence[float], lowest: float = math.inf, highest: float = mat
         highest: nor is what goes farther up.
 
     >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0])
-    Beat(size=7.0, ago=2)
+    Beat(size=7.0, ago=2, over=0)
     >>> beat([0.0, 0.0, 5.0, 8.0, 2.0, 1.0], lowest=6.0)
-    Beat(size=0.0, ago=0)
+    Beat(size=0.0, ago=0, over=0)
     """
     if len(course) < LEAST_STEPS:
-        return Beat(math.nan, 0)
-    best = Beat(0.0, 0)
+        return Beat(math.nan, 0, 0)
+    best = Beat(0.0, 0, 0)
     for sign, before, after, largest in (
         (1.0, DOWN, DOWN_BACK, lowest), (-1.0, UP, UP_BACK, highest)
     ):  # fmt: skip
         way = [sign * step for step in course]
         for k in range(1, len(way) - 1):
             there = way[k] - min(way[max(0, k - before) : k])
-            back = way[k] - min(way[k + 1 : k + 1 + after])
+            behind = way[k + 1 : k + 1 + after]
+            back = way[k] - min(behind)
             if min(there, back) > best.size:
-                best = Beat(min(there, back), len(way) - 1 - k)
+                # It is back where what it went there is made up for.
+                over = next(i for i, step in enumerate(behind) if way[k] - step >= min(there, back))
+                best = Beat(min(there, back), len(way) - 1 - k, len(way) - 2 - k - over)
             far_there, far_back = way[k] - min(way[:k]), way[k] - min(way[k + 1 :])
             if min(max(far_there, far_back), ONE_WAY * min(far_there, far_back)) > largest:
-                return Beat(0.0, 0)
+                return Beat(0.0, 0, 0)
     return best

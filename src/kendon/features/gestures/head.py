@@ -66,6 +66,8 @@ PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
 INEFFICIENCY = 1.25
 #: A beat turns so long after it began, and is over so long after that [s].
 HALF_BEAT = 0.35
+#: A beat is told for so long after it, and fades within so long [s].
+TOLD, FADES = 0.3, 0.3
 #: The middle of nine normal values lies so many standard deviations from the least of them, and
 #: what is before and behind it about as many the other way.
 EXTREMES = 2.0
@@ -202,7 +204,7 @@ class Head:
         nods = beat(course, LOWEST_NOD, HIGHEST_TOSS)
         turn = end - nods.ago * SMOOTH
         nod = NodEvidence(
-            BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step),
+            _fading(BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step), nods.over),
             self._bob(end, heights, unrest),
             STRAIGHT.evidence(self._yaw.range(turn - HALF_BEAT, turn + HALF_BEAT), 2.0 * noise),
         )
@@ -244,7 +246,8 @@ class Head:
     def _bob(self, end: float, course: Sequence[float], unrest: float) -> float:
         """The evidence that the face goes down or up and back; NaN when unknown."""
         noise = unrest * _error_of_step(self._over, course, end)
-        return BOB.evidence(beat(course).size - EXTREMES * noise, noise)
+        bob = beat(course)
+        return _fading(BOB.evidence(bob.size - EXTREMES * noise, noise), bob.over)
 
 
 def _error_of_step(series: Series, course: Sequence[float], end: float) -> float:
@@ -281,6 +284,18 @@ def _while_down(favour: float, course: Sequence[float], noise: float) -> float:
     if not back > 0.0:
         return favour
     return favour * min(1.0, max(0.0, 2.0 * (1.0 - back / way / UP_AGAIN)))
+
+
+def _fading(favour: float, over: int) -> float:
+    """What speaks for a beat is told once: it counts for a while after, and then no more.
+
+    Args:
+        favour: the evidence; NaN when unknown.
+        over: how many steps ago the beat was back.
+    """
+    if not favour > 0.0:
+        return favour  # NaN stays NaN
+    return favour * min(1.0, max(0.0, 1.0 - (over * SMOOTH - TOLD) / FADES))
 
 
 def _above(value: float) -> float:
