@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -10,17 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendon.features.gestures.arm import ACROSS, ARM, KEPT, LAST, RAISED, TOWARD, UP, Arm
-from kendon.geometry import Vec3
+from kendon.geometry import UNKNOWN_POINT, Vec3
 
 SHOULDER: Vec3 = (3.0, 0.2, 1.4)
 HEAD: Vec3 = (2.9, 0.0, 1.55)
 OTHER: Vec3 = (3.0, -0.2, 0.85)
 RATES = (10.0, 15.0, 30.0, 60.0)
 
+Path3 = Callable[[float], tuple[float, ...]]  # of a time to toward, across and up [m]
 
-def arm_of(place: object, rate: float, seconds: float = 3.0) -> tuple[Arm, float]:
+
+def arm_of(place: Path3, rate: float, seconds: float = 3.0) -> tuple[Arm, float]:
     """An arm whose wrist goes along a path from the shoulder, toward the robot, left and up."""
-    assert callable(place)
     arm = Arm()
     way = math.hypot(*SHOULDER[:2])
     ux, uy = -SHOULDER[0] / way, -SHOULDER[1] / way  # toward the robot
@@ -55,7 +57,7 @@ def test_the_speed_of_a_straight_way_is_its_slope_at_any_rate(
 
 @pytest.mark.parametrize("where", [-3, -2, -1])
 def test_one_wild_place_changes_no_speed_much(where: int) -> None:
-    wild = {where % 31: 5.0}
+    wild = {31 + where: 5.0}
     arm, end = arm_of(lambda t: (0.1, 0.0, t + wild.get(round(t * 30), 0.0)), 30.0, 1.0)
     assert arm.speed(end, UP) == pytest.approx(1.0, abs=0.5)
 
@@ -122,3 +124,19 @@ def test_when_a_hand_was_last_down_is_kept_in_mind() -> None:
             arm.lately(t, t - 0.2, ARM)
     assert arm.low == pytest.approx(1.0, abs=0.2)
     assert RAISED * ARM > -0.5
+
+
+def test_a_hand_whose_elbow_is_unknown_is_looked_at_for_the_longest() -> None:
+    arm = Arm()
+    for k in range(61):
+        t = k / 60
+        wrist = (SHOULDER[0] - 0.1, SHOULDER[1], SHOULDER[2] + 0.5 * t - 0.5)
+        arm.add(t, SHOULDER, UNKNOWN_POINT, wrist, HEAD, OTHER)
+    assert arm.lately(1.0, 0.8, ARM).up * ARM == pytest.approx(0.5 * (1.0 - 0.125) - 0.5, abs=1e-6)
+
+
+def test_one_frame_before_a_gap_does_not_tell_where_a_hand_usually_comes() -> None:
+    arm = Arm()
+    for t in [0.0] + [1.0 + k / 30 for k in range(16)]:
+        arm.add(t, SHOULDER, SHOULDER, (2.9, 0.2, 1.4), HEAD, OTHER)
+    assert math.isnan(arm.reached(1.5, UP))

@@ -144,7 +144,7 @@ def draw_walker(rng: np.random.Generator, brisk: float, stature: float | None = 
 
     Args:
         rng: chance.
-        brisk: the share of those; what their arms do is ours.
+        brisk: the share of those; the numbers are ours.
         stature: if it is known [m].
     """
     body = draw_body(rng, stature)

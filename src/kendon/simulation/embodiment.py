@@ -28,7 +28,8 @@ REPERTOIRE: Mapping[Phase, Mapping[str, float]] = {
 #: What people may be at when nothing is asked of them, and how often they are; ours.
 PASTIMES = ("pockets", "bag", "text", "call", "face", "hair", "watch", "crossed")
 BUSY = 0.3
-#: So many of those who walk up to somebody swing their arms like joggers; ours.
+#: So many of those who walk up to somebody swing their arms like joggers; ours. Among movers, who
+#: are there to confuse detectors, there are more.
 _BRISK = 0.2
 
 

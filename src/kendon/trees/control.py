@@ -42,8 +42,8 @@ class DirectTick:
 
     py_trees ticks through nested generators, so that visitors can look at every node in between;
     in a tree as deep as the greeting's that costs more than the nodes themselves. `tick` is
-    kept for py_trees's visitors, which see the nodes after the tick. Its `stop` writes a line
-    for a log at every node, whether or not anybody reads it.
+    kept for py_trees's visitors, which see the nodes after the tick. py_trees's `stop` writes a
+    line for a log at every node, whether or not anybody reads it.
     """
 
     def tick(self: Any) -> Iterator[Behaviour]:

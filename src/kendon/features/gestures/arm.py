@@ -56,8 +56,10 @@ HANGING = HANGS * LONGEST
 TOGETHER = 0.15
 #: Shorter gaps are a slow camera's [s].
 GAP = 0.2
+#: How far it usually comes is asked of so long before that, most of a stride, too [s].
+USUAL = 1.0
 #: So long a row is kept [s]; it is let go of when twice as old.
-KEPT = 1.5 * STRIDE
+KEPT = LAST + USUAL
 
 
 class Row(NamedTuple):
@@ -163,6 +165,8 @@ class Arm:
     def lately(self, end: float, since: float, arm: float) -> Lately:
         """The latest rows, of a hand that is seen in an interval; asked of intervals in order.
 
+        Keeps in mind when the hand was last down and last not out.
+
         Args:
             end: of the interval [s].
             since: its first frame [s].
@@ -177,7 +181,8 @@ class Arm:
         if raised or out:
             noise = change(bones) / arm
             wander = (quantile(bones, 0.9) - quantile(bones, 0.1)) / TENTHS / arm
-            unsure = min(1.0, max(noise, wander) / UNSURE)  # of the noise if they are not known
+            # Where the elbow is not known nobody can tell, and looks for the longest.
+            unsure = min(1.0, max(noise, wander) / UNSURE) if wander == wander else 1.0
         now_since = min(end - NOW - LONGER * unsure, stamps[-1])
         now = bisect_left(stamps, now_since - ROUNDED, first) - first
         up, toward = quantile(ups[now:], 0.5) / arm, quantile(towards[now:], 0.5) / arm
@@ -224,7 +229,7 @@ class Arm:
             return math.nan
         highest = quantile([row.up for row in self.since(end - STRIDE)], 0.9) / arm
         now = quantile([row.up for row in self.since(begin)], 0.5) / arm
-        return math.nan if now > max(highest - TOGETHER, RAISED) else highest
+        return highest if now <= max(highest - TOGETHER, RAISED) else math.nan
 
     def covered(self, end: float) -> float:
         """Which share of the last stride the hand was seen in, from its first frame there on."""
@@ -240,17 +245,19 @@ class Arm:
         """Which share of a while up to `end` the hand was seen in, from a row on."""
         stamps = self._t[first:]
         gap = max(map(sub, stamps[1:], stamps), default=0.0)
-        return max(0.0, min(1.0, (end - stamps[0]) / span) - (gap / span if gap > GAP else 0.0))
+        return max(
+            0.0, min(1.0, (end - stamps[0]) / span) - (gap / span if gap > GAP + ROUNDED else 0.0)
+        )
 
     def reached(self, end: float, of: int) -> float:
         """How far the hand came, upward or another way, before the last `LAST` seconds [m].
 
-        NaN where less than half a stride of that is known.
+        NaN where less than half a stride of that is known, but for a slow camera's gap.
         """
         stamps = self._t
-        first = bisect_left(stamps, end - KEPT - ROUNDED)
+        first = bisect_left(stamps, end - LAST - USUAL - ROUNDED)
         last = bisect_left(stamps, end - LAST - ROUNDED, first)
-        if first == last or end - stamps[first] < LAST + STRIDE / 2:
+        if first == last or stamps[last - 1] - stamps[first] < STRIDE / 2 - GAP:
             return math.nan
         return quantile([row[of] for row in self._rows[first:last]], 0.9)
 

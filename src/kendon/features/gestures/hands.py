@@ -46,7 +46,7 @@ LET_GO, DRAWN_BACK = 0.25, 0.15
 TURNS, FALLS = -0.25, 0.2
 #: Where a hand turns is told by where it will be so long after now [s].
 AHEAD = 0.1
-#: How far noise alone seems to go up and down in that time, in its standard deviations.
+#: How far noise alone seems to go to and fro, in its standard deviations.
 FRAYED = 2.0
 #: Handshakes are so high [arms over the shoulder].
 CHEST = -0.35
@@ -259,7 +259,7 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
     return HandshakeEvidence(
         REACH.evidence(lately.toward, noise_now),
         held,
-        HALFWAY.evidence(lately.toward * arm / distance, noise_now),
+        HALFWAY.evidence(lately.toward * arm / (distance or math.nan), noise_now),
         shake,
         near,
         LEVEL.evidence(abs(lately.up - CHEST), noise_now),
@@ -294,7 +294,7 @@ def _kept(values: Sequence[float], share: float) -> float:
 
 def _excused(against: float, share: float) -> float:
     """What speaks against a gesture counts less by a share, at most 1."""
-    return against * min(1.0, 1.0 - share) if against < 0.0 < share else against
+    return against * (1.0 - share) if against < 0.0 < share else against
 
 
 def _freed(favour: float, share: float) -> float:
