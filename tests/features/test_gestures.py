@@ -242,6 +242,19 @@ def test_who_looks_up_from_the_ground_for_a_toss_tosses_the_head(back: float) ->
     assert np.nanmax(detected(looking_up)["nod"]) < 0.1
 
 
+def test_a_beat_is_told_once_and_then_no_more() -> None:
+    """A nod that is over at 2.35 s."""
+
+    def nodded(t: FloatArray) -> FloatArray:
+        beat = np.sin(math.pi * (t - 2.0) / 0.35) ** 2
+        return math.radians(16) * beat * ((t > 2.0) & (t < 2.35))
+
+    found = detected(body(pitch=nodded))
+    t, nod = found["t"], found["nod"]
+    assert (nod[(t > 2.35) & (t < 2.6)] > 0.5).all()
+    assert (nod[t > 3.05] < 0.1).all()
+
+
 def test_a_wave_is_read_at_its_turning_points_too() -> None:
     """A wide slow swing, from upright to level and back."""
 
@@ -459,6 +472,18 @@ def test_a_wave_that_begins_afar_stays_a_distance_salutation_on_the_way() -> Non
     assert (np.hypot(*walked.head[:, :2].T)[walked.t > 3.4] < 1.2).all()
     assert (found["dsal"][near] > 0.5).all()
     assert (found["csal"][near] < 0.5).all()
+
+    # Also where the hand hangs for an interval on the way.
+    hangs = body(seconds=4.5, distance=2.2).joints
+    down = (wave.t > 2.5) & (wave.t <= 2.7)
+    joints = {
+        name: np.where(down[:, None], hangs[name], places) + steps
+        for name, places in wave.joints.items()
+    }
+    paused = detected(replace(walked, joints=joints))
+    assert paused["wave"].min(where=(paused["t"] > 2.5) & (paused["t"] < 2.9), initial=1.0) < 0.2
+    assert (paused["dsal"][near] > 0.5).all()
+    assert (paused["csal"][near] < 0.5).all()
 
 
 def test_recorded_waves_and_handshakes_are_read() -> None:
