@@ -475,15 +475,16 @@ def test_a_wave_that_begins_afar_stays_a_distance_salutation_on_the_way() -> Non
 
     # Also where the hand hangs for an interval on the way.
     hangs = body(seconds=4.5, distance=2.2).joints
-    down = (wave.t > 2.5) & (wave.t <= 2.7)
+    down = (wave.t > 3.0) & (wave.t <= 3.2)
     joints = {
         name: np.where(down[:, None], hangs[name], places) + steps
         for name, places in wave.joints.items()
     }
     paused = detected(replace(walked, joints=joints))
-    assert paused["wave"].min(where=(paused["t"] > 2.5) & (paused["t"] < 2.9), initial=1.0) < 0.2
-    assert (paused["dsal"][near] > 0.5).all()
-    assert (paused["csal"][near] < 0.5).all()
+    assert paused["wave"].min(where=(paused["t"] > 3.0) & (paused["t"] < 3.4), initial=1.0) < 0.2
+    again = (paused["t"] > 3.5) & (paused["t"] < 4.0)
+    assert (paused["dsal"][again] > 0.5).all()
+    assert (paused["csal"][again] < 0.5).all()
 
 
 def test_recorded_waves_and_handshakes_are_read() -> None:
