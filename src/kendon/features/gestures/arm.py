@@ -56,7 +56,7 @@ HANGING = HANGS * LONGEST
 TOGETHER = 0.15
 #: Shorter gaps are a slow camera's [s].
 GAP = 0.2
-#: How far it usually comes is asked of so long before that, most of a stride, too [s].
+#: How far a hand usually comes is asked of so long before the last `LAST`, most of a stride [s].
 USUAL = 1.0
 #: So long a row is kept [s]; it is let go of when twice as old.
 KEPT = LAST + USUAL
@@ -75,7 +75,8 @@ class Row(NamedTuple):
     parted: float  # wrist from the other wrist
 
 
-UP, TOWARD, ACROSS, BONES = 0, 1, 2, 4
+#: Their places in a row.
+UP, TOWARD, ACROSS, BONES = map(Row._fields.index, ("up", "toward", "across", "bones"))
 
 
 class Lately(NamedTuple):

@@ -180,7 +180,7 @@ class GestureDetector:
         comes down for a moment.
         """
         if wave > BEGUN:
-            if self._begun != self._begun or end - self._waved > PAUSE:
+            if end - self._waved > PAUSE:
                 self._begun = close
             self._waved = end
             return self._begun

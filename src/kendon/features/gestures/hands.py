@@ -33,6 +33,7 @@ from kendon.features.gestures.arm import (
     UP,
     Arm,
     Lately,
+    Row,
 )
 from kendon.features.gestures.evidence import Weighing, logistic
 from kendon.features.gestures.series import quantile, spread, to_and_fro
@@ -121,7 +122,8 @@ PARTED = Weighing(0.75, 0.12, -3.0, 1.0)  # wrist from wrist [arms]
 FRESH = Weighing(1.8, -0.4, -4.0, 0.5)  # up, or out, without a pause for so long [s]
 FACES = Weighing(math.radians(45), math.radians(-15), -3.0, 1.0)  # turned from the robot [rad]
 
-_PARTED = 7  # in a row
+#: How far the hands are apart, in a row.
+_PARTED = Row._fields.index("parted")
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
