@@ -10,7 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendon.features.gestures.arm import ACROSS, ARM, KEPT, LAST, RAISED, TOWARD, UP, Arm
+from kendon.features.gestures.arm import (
+    ACROSS,
+    ARM,
+    BELIEVED,
+    KEPT,
+    LAST,
+    RAISED,
+    TOWARD,
+    UP,
+    Arm,
+    leaps,
+)
 from kendon.geometry import UNKNOWN_POINT, Vec3
 
 SHOULDER: Vec3 = (3.0, 0.2, 1.4)
@@ -70,10 +81,15 @@ def test_the_speed_of_a_hand_that_was_seen_once_is_unknown() -> None:
 
 @given(high=st.floats(-0.2, 0.5), low=st.floats(-0.5, -0.3))
 def test_where_a_hand_came_before_does_not_count_what_it_does_now(high: float, low: float) -> None:
-    """It was low until the last 0.8 s, and is high since."""
-    arm, end = arm_of(lambda t: (0.1, 0.0, high if t > 3.0 - LAST else low), 30.0)
+    """It was low until the last 0.8 s, and rises then as hands do, or the other way round."""
+
+    def up(t: float, first: float, then: float) -> float:
+        share = min(1.0, max(0.0, (t - (3.0 - LAST)) / 0.25))
+        return first + share * (then - first)
+
+    arm, end = arm_of(lambda t: (0.1, 0.0, up(t, low, high)), 30.0)
     assert arm.reached(end, UP) == pytest.approx(low)
-    later, end = arm_of(lambda t: (0.1, 0.0, high if t < 3.0 - LAST else low), 30.0)
+    later, end = arm_of(lambda t: (0.1, 0.0, up(t, high, low)), 30.0)
     assert later.reached(end, UP) == pytest.approx(high)
 
 
@@ -140,3 +156,37 @@ def test_one_frame_before_a_gap_does_not_tell_where_a_hand_usually_comes() -> No
     for t in [0.0] + [1.0 + k / 30 for k in range(16)]:
         arm.add(t, SHOULDER, SHOULDER, (2.9, 0.2, 1.4), HEAD, OTHER)
     assert math.isnan(arm.reached(1.5, UP))
+
+
+@pytest.mark.parametrize("rate", [15.0, 30.0, 60.0])
+@given(frames=st.integers(1, BELIEVED - 1), aside=st.floats(0.7, 1.5))
+def test_what_is_taken_for_a_hand_for_a_frame_or_two_is_passed_over(
+    rate: float, frames: int, aside: float
+) -> None:
+    first = round(1.5 * rate)
+    wild = range(first, first + frames)
+    arm, end = arm_of(lambda t: (0.1, aside if round(t * rate) in wild else 0.0, -0.3), rate, 2.0)
+    assert all(abs(row.across) < 1e-9 for row in arm.since(0.0))
+    assert len(arm.since(0.0)) == round(end * rate) + 1 - frames
+
+
+@pytest.mark.parametrize("rate", [15.0, 30.0, 60.0])
+@given(aside=st.floats(0.7, 1.5))
+def test_of_a_hand_that_has_leapt_nothing_before_is_known(rate: float, aside: float) -> None:
+    arm, _ = arm_of(lambda t: (0.1, aside if t > 1.5 else 0.0, -0.3), rate, 2.0)
+    kept = arm.since(0.0)
+    assert all(abs(abs(row.across) - aside) < 1e-9 for row in kept)
+    assert len(kept) == round(0.5 * rate)
+    assert math.isnan(arm.reached(2.0, ACROSS))
+
+
+@given(
+    before=st.tuples(*[st.floats(-0.5, 0.5)] * 3), way=st.tuples(*[st.floats(-1, 1)] * 3),
+    seconds=st.floats(0.01, 0.2),
+)  # fmt: skip
+def test_no_hand_leaps_that_goes_as_fast_as_hands_go(
+    before: Vec3, way: Vec3, seconds: float
+) -> None:
+    fastest = 5.0 * seconds / max(1.0, math.hypot(*way))
+    x, y, z = (a + fastest * b for a, b in zip(before, way, strict=True))
+    assert not leaps(before, (x, y, z), seconds)

@@ -297,6 +297,45 @@ def test_who_talks_near_the_robot_salutes_nobody_for_long(rate: float, hands: st
     assert (found["csal"][found["t"] >= 3.5] < 0.5).all()
 
 
+@pytest.mark.parametrize("rate", [15.0, 30.0, 60.0])
+@pytest.mark.parametrize("seconds", [0.3, 0.4])
+def test_a_hand_that_talks_goes_out_and_back_where_one_that_greets_stays(
+    rate: float, seconds: float
+) -> None:
+    """Held out to the robot within 0.4 s, it is taken back at once, or not."""
+
+    def held(stays: bool) -> Track:
+        def share(t: FloatArray) -> FloatArray:
+            out = risen(t, 1.5, seconds)
+            return out if stays else out - risen(t, 1.5 + seconds, seconds)
+
+        def elbow(t: FloatArray) -> FloatArray:
+            high = np.tile([0.22, 0.0, -0.21], (len(t), 1))
+            return between(t, (0.0, -0.045, -ARM), high, share(t))
+
+        def wrist(t: FloatArray) -> FloatArray:
+            high = np.tile([0.36, 0.0, -0.15], (len(t), 1))
+            return between(t, (0.05, -0.045, -ARM - FOREARM), high, share(t))
+
+        return body(rate, 4.0, 1.0, right_elbow=elbow, right_wrist=wrist)
+
+    stays, goes = detected(held(True)), detected(held(False))
+    assert (stays["csal"][stays["t"] >= 1.5 + seconds + 0.4] > 0.6).all()
+    back = goes["t"] >= 1.5 + 1.5 * seconds
+    assert (goes["csal"][back] < 0.5).all()
+
+
+def test_a_wrist_in_its_own_shoulder_waves_to_nobody() -> None:
+    """No elbow bends so far: something else is taken for the hand."""
+
+    def wrist(t: FloatArray) -> FloatArray:
+        up = np.stack([0 * t + 0.02, 0.05 * np.sin(9 * t), 0 * t + 0.08], axis=1)
+        return between(t, (0.05, -0.045, -ARM - FOREARM), up, risen(t, 1.5))
+
+    found = detected(body(seconds=6.0, distance=1.0, right_wrist=wrist))
+    assert (found["wave"] < 0.3).all()
+
+
 def test_the_nearer_the_more_a_wave_is_a_close_salutation() -> None:
     found = [detected(waving(1.0, 4.0, distance=d)) for d in (0.8, 1.1, 1.3, 1.5, 2.0)]
     dsal = [f["dsal"][-1] for f in found]

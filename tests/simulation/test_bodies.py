@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from typing import Any
@@ -16,7 +17,7 @@ from kendon.person import JOINTS, FloatArray
 from kendon.simulation.body import FACE_HEIGHT, Body, draw_body
 from kendon.simulation.limbs import Arm, blend, hang, min_jerk, reach, straighten
 from kendon.simulation.motion import Motion, count_steps, look_along, move, move_now
-from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement, lasting
+from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement, draw_talk, lasting
 from kendon.simulation.movers import draw_mover, perform_movement
 
 seeds = st.integers(0, 2**32 - 1)
@@ -386,6 +387,35 @@ def test_hands_are_shaken_near_a_robot_that_is_faced() -> None:
         far = [np.hypot(*part[out, :2].T) for part in (hand, shoulder, performance.track.head)]
         assert (far[0] < far[1] - 0.2).all()
         assert (far[0] < far[2]).all()
+
+
+@given(seeds)
+def test_who_talks_makes_phrases_one_after_another(seed: int) -> None:
+    phrases = draw_talk(np.random.default_rng(seed), begin=1.0, handed="r")
+    assert {m.kind for m in phrases} <= {"talk", "offer"}
+    assert all(m.gesture == "" for m in phrases)
+    assert min(m.begin for m in phrases) == 1.0
+    # But for the hands that rest before the belly all the while.
+    last = max(m.end for m in phrases)
+    turns = phrases[1:] if len(phrases) > 1 and phrases[0].end > last - 1e-9 else phrases
+    for one, later in itertools.pairwise(turns):
+        assert one.end - 0.5 * one.fall - 1e-9 <= later.begin <= one.end + 2.5
+
+
+@given(seeds)
+def test_a_hand_is_offered_so_far_toward_the_partner_and_taken_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    body = replace(draw_body(rng), sway=0.0)
+    movement = draw_movement("offer", rng, handed=body.handed)
+    t = np.arange(0, movement.end, 0.01)
+    motion = stand(body, t, movement)
+    for side in movement.hands:
+        away = np.linalg.norm(
+            motion.joints[f"{side}_wrist"] - motion.joints[f"{side}_shoulder"], axis=1
+        )
+        out = (t > movement.rise) & (t < movement.end - movement.fall)
+        assert away[out] == pytest.approx(min(movement.size, body.reach), abs=0.05)
+    assert movement.gesture == ""
 
 
 def test_a_seed_gives_the_same_mover() -> None:

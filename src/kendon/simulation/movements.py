@@ -258,6 +258,48 @@ def _talk(rng: np.random.Generator, handed: str) -> Movement:
     )  # fmt: skip
 
 
+def _offer(rng: np.random.Generator, handed: str) -> Movement:
+    """An open hand, or both, held out to the partner and taken back: what is said is presented.
+
+    The conduit of McNeill (1992), the open hand supine of Kendon (2004). Size is how far the hand
+    goes out from the shoulder [m], height the arm's elevation, aside its azimuth outward [rad].
+    """
+    rise, fall = rng.uniform(0.3, 0.7, 2).tolist()
+    hold = float(rng.uniform(0.1, 0.9))
+    return Movement(
+        "offer", 0.0, rise + hold + fall, rise, fall, hands=str(rng.choice([handed, "lr"])),
+        size=float(rng.uniform(0.25, 0.52)), height=math.radians(rng.uniform(-50, 0)),
+        aside=math.radians(rng.uniform(-25, 40)),
+    )  # fmt: skip
+
+
+def draw_talk(rng: np.random.Generator, *, begin: float, handed: str) -> list[Movement]:
+    """A turn at talk: phrases of gesture one after another, with rests between (McNeill 1992).
+
+    Hands rest beside the trunk, or before the belly all the while. The times are ours.
+
+    Args:
+        rng: chance.
+        begin: when it begins [s].
+        handed: the hand the person prefers.
+    """
+    phrases: list[Movement] = []
+    t, end = begin, begin + float(rng.uniform(2.0, 14.0))
+    while t < end:
+        kind = "talk" if rng.random() < 0.6 else "offer"
+        phrase = draw_movement(kind, rng, begin=t, handed=handed)
+        if kind == "talk":
+            phrase = lasting(phrase, float(rng.uniform(0.8, 5.0)))
+        phrases.append(phrase)
+        # A hand goes on to the next phrase while it falls, or rests for a while.
+        t = phrase.end + float(rng.choice([-0.5 * phrase.fall, rng.uniform(0.0, 2.5)]))
+    if rng.random() < 0.4:
+        belly = replace(_talk(rng, handed), height=float(rng.uniform(-0.6, 0.3)), size=0.03)
+        seconds = max(phrases[-1].end + 0.5 - begin, 2.5)
+        phrases.insert(0, replace(belly, begin=begin, duration=seconds))
+    return phrases
+
+
 def _point(rng: np.random.Generator, handed: str) -> Movement:
     """An arm stretched out; height is its elevation, aside its azimuth outward [rad]."""
     return _held(
@@ -314,6 +356,7 @@ MOVEMENTS: dict[str, Kind] = {
     "hug": Kind("csal", _hug),
     "dip": Kind("hdip", _dip),
     "talk": Kind("", _talk),
+    "offer": Kind("", _offer),
     "point": Kind("", _point),
     "watch": Kind("", _watch),
     "call": Kind("", _of("call", longest=12.0)),

@@ -17,7 +17,7 @@ from kendon.person import GESTURES, FloatArray, Track
 from kendon.simulation.body import Body, draw_walker
 from kendon.simulation.limbs import min_jerk
 from kendon.simulation.motion import count_steps, look_along, move
-from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement
+from kendon.simulation.movements import MOVEMENTS, Movement, draw_movement, draw_talk
 
 #: What cameras and motion capture deliver [frames a second].
 RATES = (10.0, 60.0)
@@ -27,7 +27,9 @@ _OFTEN = ("wave", "handshake", "dip", "nod", "toss", "talk")
 _DIPS, _SOON = 0.5, (0.1, 1.0)
 #: How often each is done near the robot, where not in three of ten: people talk near to each
 #: other, and hold up a hand to those who are far.
-_NEAR = {"talk": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "wave": 0.15, "raise": 0.1}
+_NEAR = {
+    "talk": 0.95, "offer": 0.95, "call": 0.5, "face": 0.5, "hair": 0.5, "wave": 0.15, "raise": 0.1,
+}  # fmt: skip
 #: Who closes in stands so far away, and who embraces [m].
 _CLOSE, _EMBRACE = (0.7, 1.4), (0.35, 0.7)
 #: So many swing their arms like joggers.
@@ -93,7 +95,11 @@ def perform_movement(
         other = str(rng.choice([k for k in MOVEMENTS if not MOVEMENTS[k].gesture]))
         drawn.append(draw_movement(other, rng, begin=begin, handed=body.handed))
         begin = drawn[-1].end + float(rng.uniform(0.1, 1.0))
-    if kind:
+    salutes_at = begin
+    if kind == "talk":
+        drawn += draw_talk(rng, begin=begin, handed=body.handed)
+        begin = max(m.end for m in drawn)
+    elif kind:
         drawn.append(draw_movement(kind, rng, begin=begin, handed=body.handed, near=near))
         begin = drawn[-1].end
         if drawn[-1].gesture == "dsal" and rng.random() < _DIPS:
@@ -102,7 +108,6 @@ def perform_movement(
             begin = drawn[-1].end
     t = np.arange(0.0, begin + rng.uniform(0.5, 3.0), 1 / rate)
     t = t + rng.uniform(0, 0.2 / rate, len(t))  # stamps jitter
-    salutes_at = next((m.begin for m in reversed(drawn) if m.kind == kind), begin)
     stop = rng.uniform(*(_EMBRACE if kind == "hug" else _CLOSE if near else (1.8, 6.0)))
     speed, way, aside, heading = _way(rng, t, salutes_at, float(stop), near, closes)
     # As if the person came along x; turned to where they do come from.

@@ -171,8 +171,16 @@ def _talk(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _He
     return (x, y, z), (-0.3, 0.5, -1.0)
 
 
+def _offer(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
+    return _outstretched(body, m, m.size)
+
+
 def _point(body: Body, m: Movement, side: str, since: Curve, trunk: Curve) -> _Held:
-    along = 0.96 * body.reach
+    return _outstretched(body, m, 0.96 * body.reach)
+
+
+def _outstretched(body: Body, m: Movement, along: float) -> _Held:
+    """A hand so far from its shoulder [m], at an elevation and an azimuth."""
     level = along * math.cos(m.height)
     x, y, z = level * math.cos(m.aside), level * math.sin(m.aside), along * math.sin(m.height)
     return (x, y + body.half_shoulders, z), (-0.2, 0.4, -1.0)
@@ -213,6 +221,7 @@ _ARMS: dict[str, Callable[[Body, Movement, str, Curve, Curve], _Held]] = {
     "handshake": _handshake,
     "hug": _hug,
     "talk": _talk,
+    "offer": _offer,
     "point": _point,
     "watch": _at(0.16, 0.0, -0.09, (-0.1, 0.9, -0.7), 0.02, 0.02),
     "call": _at(0.06, 0.09, 0.05, (0.1, 0.6, -1.0), 0.02, 0.015),

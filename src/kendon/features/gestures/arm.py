@@ -58,6 +58,12 @@ TOGETHER = 0.15
 GAP = 0.2
 #: How far a hand usually comes is asked of so long before the last `LAST`, most of a stride [s].
 USUAL = 1.0
+#: No hand gestures faster [m/s], nor is it misplaced by more from frame to frame [m]: what goes
+#: farther at once is not the hand, or was not.
+FASTEST, MISPLACED = 6.0, 0.15
+#: A hand that has leapt is believed in where it stays for so many frames; single ones are taken
+#: for something else.
+BELIEVED = 3
 #: So long a row is kept [s]; it is let go of when twice as old.
 KEPT = LAST + USUAL
 
@@ -107,12 +113,15 @@ class Arm:
     def __init__(self) -> None:
         self._t: list[float] = []  # [s]
         self._rows: list[Row] = []
+        self._place = UNKNOWN_POINT  # of the wrist from its shoulder [m], in the latest row
+        self._leapt: list[tuple[float, Vec3, Row]] = []  # rows that are not believed yet
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
         self._t.clear()
         self._rows.clear()
+        self._leapt.clear()
         self.first = -math.inf
         self.low = self.back = math.inf
 
@@ -125,10 +134,6 @@ class Arm:
         up = wz - sz
         if up != up:  # NaN: nothing is known of this hand
             return
-        stamps = self._t
-        if stamps and t - stamps[0] > 2 * KEPT:
-            old = bisect_left(stamps, t - KEPT)
-            del stamps[:old], self._rows[:old]
         ex, ey, ez = elbow
         hx, hy, hz = head
         ox, oy, oz = other
@@ -137,15 +142,17 @@ class Arm:
         bx, by, bz = ex - sx, ey - sy, ez - sz
         way = math.sqrt(sx * sx + sy * sy) or math.nan
         lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
-        stamps.append(t)
         toward, across = -(dx * sx + dy * sy) / way, (dx * sy - dy * sx) / way
         bones = lower + math.sqrt(bx * bx + by * by + bz * bz)
+        place = (dx, dy, up)
         if up < HANGING:
-            self._rows.append(Row(up, toward, across, -1.0, bones, math.nan, math.nan, math.nan))
+            self._take(t, place, Row(up, toward, across, -1.0, bones, math.nan, math.nan, math.nan))
             return
         beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
         ox, oy, oz = ox - wx, oy - wy, oz - wz
-        self._rows.append(
+        self._take(
+            t,
+            place,
             Row(
                 up,
                 toward,
@@ -155,8 +162,28 @@ class Arm:
                 math.sqrt(beside * beside + above * above),
                 math.sqrt(dx * dx + dy * dy + up * up),
                 math.sqrt(ox * ox + oy * oy + oz * oz),
-            )
+            ),
         )
+
+    def _take(self, t: float, place: Vec3, row: Row) -> None:
+        """Keep a row; of a hand that has leapt once it stays, and then nothing of before."""
+        stamps, leapt = self._t, self._leapt
+        last = leapt[-1][0] if leapt else stamps[-1] if stamps else t
+        if stamps and leaps(self._place, place, t - last):
+            if leapt and leaps(leapt[-1][1], place, t - last):
+                leapt.clear()
+            leapt.append((t, place, row))
+            if len(leapt) < BELIEVED:
+                return
+            stamps[:], self._rows[:] = [one[0] for one in leapt], [one[2] for one in leapt]
+        else:
+            if stamps and t - stamps[0] > 2 * KEPT:
+                old = bisect_left(stamps, t - KEPT)
+                del stamps[:old], self._rows[:old]
+            stamps.append(t)
+            self._rows.append(row)
+        leapt.clear()
+        self._place = place
 
     def length(self, begin: float) -> float:
         """Of upper and lower arm together, from an instant on [m]; NaN when unknown."""
@@ -277,6 +304,13 @@ class Arm:
         after = quantile([row[of] for row in self._rows[half:]], 0.5)
         early, late = stamps[first:half], stamps[half:]
         return (after - before) / (sum(late) / len(late) - sum(early) / len(early))
+
+
+def leaps(before: Vec3, now: Vec3, seconds: float) -> bool:
+    """Whether a hand is farther from where it was [m] than it can have gone in so long [s]."""
+    x, y, z = now[0] - before[0], now[1] - before[1], now[2] - before[2]
+    most = MISPLACED + FASTEST * seconds
+    return x * x + y * y + z * z > most * most
 
 
 def shoulder_of(own: Vec3, other: Vec3, head: Vec3) -> Vec3:

@@ -14,6 +14,9 @@ meanwhile, waves no more.
 Who talks holds up hands, too. Those are held together or near the own face and shoulder, or stay
 up for long without stirring, which no salutation does.
 
+A hand that talks is held out, too, and taken back at once: what goes down or back fast is given
+to nobody.
+
 Lengths are in units of the arm, shoulder to wrist (`kendon.features.gestures.arm`).
 """
 
@@ -90,6 +93,7 @@ class HandshakeEvidence(NamedTuple):
     faces: float
     reaches: float
     reached: float
+    taken_back: float
 
 
 # Waves.
@@ -99,7 +103,9 @@ UPRIGHT = Weighing(0.30, 0.25, -2.0, 2.0)  # forearm: -1 hangs, 0 horizontal, 1 
 SWAY = Weighing(0.12, 0.06, -1.0, 3.0)  # to and fro of a hand that is up [arms]
 ALONE = Weighing(0.20, 0.08, -4.0, 1.0)  # height over the other hand's highest [arms]
 AT_HEAD = Weighing(0.38, -0.08, 0.0, 1.0)  # wrist from the face, as seen from the robot [arms]
-OPENED = Weighing(0.33, 0.06, -3.0, 1.0)  # wrist from the shoulder [arms]
+#: Wrist from shoulder [arms]. With the elbow bent by 145 degrees, the most that elbows bend, it is
+#: 0.32 (Winter 2009, AAOS 1965): a wrist that is nearer is misplaced, or something else.
+OPENED = Weighing(0.33, 0.04, -6.0, 1.0)
 RISEN = Weighing(0.30, 0.10, 0.0, 3.0)  # over where it came in the stride before [arms]
 FALLING = Weighing(0.0, 0.6, -4.0, 0.0)  # up just now, and aside [arms/s]
 
@@ -113,6 +119,8 @@ STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 REACHES = Weighing(0.0, 0.5, -3.0, 3.0)  # toward the robot just now [arms/s]
 REACHED = Weighing(0.20, 0.10, 0.0, 3.0)  # beyond where it came in the stride before [arms]
+LOWERED = Weighing(-1.0, 0.5, -4.0, 0.0)  # up just now: shakes are seldom so wide and fast [arms/s]
+WITHDRAWN = Weighing(-0.4, 0.4, -4.0, 0.0)  # toward the robot just now [arms/s]
 
 #: A hand that is held up and does not swing greets from afar, not in a talk.
 STILL = Weighing(1.5, 0.1, -5.0, 1.0)  # the person from the robot [m]
@@ -134,8 +142,9 @@ NO_WAVE = WaveEvidence(
 def _no_handshake(near: float) -> HandshakeEvidence:
     """Of a hand that is not out."""
     return HandshakeEvidence(
-        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+        REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
 
 
 def hand_evidence(
@@ -258,6 +267,10 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
     # Who embraces somebody brings the hands together.
     embraces = min(1.0, max(0.0, (EMBRACE - distance) / EMBRACE_SOFTNESS))
     usual = max(hand.reached(end, TOWARD) / arm, 0.0)
+    rises, reaches = hand.speed(end, UP) / arm, hand.speed(end, TOWARD) / arm
+    of_speed = OF_SPEED * noise
+    lowered = _excused(LOWERED.evidence(rises, of_speed), shake / SHAKE.most)
+    withdrawn = WITHDRAWN.evidence(reaches, of_speed)
     return HandshakeEvidence(
         REACH.evidence(lately.toward, noise_now),
         held,
@@ -266,11 +279,12 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
         near,
         LEVEL.evidence(abs(lately.up - CHEST), noise_now),
         share * STEADY.evidence(spread(out) / arm, noise),
-        _excused(parts, embraces),
+        _excused(parts, max(embraces, shake / SHAKE.most)),
         _excused(_fresh(hand, hand.back, end), shake / SHAKE.most),
         faces,
-        REACHES.evidence(hand.speed(end, TOWARD) / arm, OF_SPEED * noise),
+        REACHES.evidence(reaches, of_speed),
         REACHED.evidence(lately.toward - usual, noise_now),
+        lowered if lowered < withdrawn else withdrawn,
     )
 
 
