@@ -30,6 +30,12 @@ def test_only_the_caller_sees_an_interrupt() -> None:
     assert not _blocked()
 
 
+def test_whoever_stops_early_is_not_scolded() -> None:
+    results = each(pow, [(i, 2) for i in range(50)], 2)
+    assert next(results) == 0
+    results.close()
+
+
 _PROGRAM = """
 import signal, sys, time
 from kendon.processes import each

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Callable, Iterable, Iterator
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator
 from typing import Any, TypeVar
 
 _Result = TypeVar("_Result")
@@ -12,7 +13,7 @@ _Result = TypeVar("_Result")
 
 def each(
     work: Callable[..., _Result], tasks: Iterable[tuple[Any, ...]], jobs: int | None = None
-) -> Iterator[_Result]:
+) -> Generator[_Result, None, None]:
     """What comes of each task, in their order and as soon as it is there.
 
     An interrupt (Ctrl-C) reaches the caller alone: processes at work are ended by the caller then,
@@ -29,6 +30,8 @@ def each(
         return
     from joblib import Parallel, delayed  # half a second: not for those who need none
 
+    # Whoever stops early, by an interrupt or otherwise, means to.
+    warnings.filterwarnings("ignore", r"\d+ tasks (which|have)", UserWarning, "joblib")
     with Parallel(n_jobs=jobs, return_as="generator") as parallel:
         with _uninterruptible():
             results = parallel(delayed(work)(*task) for task in tasks)
