@@ -32,10 +32,11 @@ def each(
 
     # Whoever stops early, by an interrupt or otherwise, means to.
     warnings.filterwarnings("ignore", r"\d+ tasks (which|have)", UserWarning, "joblib")
-    with Parallel(n_jobs=jobs, return_as="generator") as parallel:
-        with _uninterruptible():
-            results = parallel(delayed(work)(*task) for task in tasks)
-        yield from results
+    with _uninterruptible():
+        results = Parallel(n_jobs=jobs, return_as="generator")(
+            delayed(work)(*task) for task in tasks
+        )
+    yield from results
 
 
 @contextlib.contextmanager
