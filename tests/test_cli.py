@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from command_line import Kendon
 
+from kendon.cli.information import EXTRAS
+from kendon.errors import RendererError
 from kendon.person import Track
 from kendon.simulation import SCRIPTS, SimulatedPerson
 from kendon.tracks import write_track
@@ -118,6 +120,25 @@ def test_commands_that_tell_about_kendon(kendon: Kendon, command: str) -> None:
     run = kendon(command)
     assert run.code == 0
     assert run.out.strip()
+
+
+def test_the_doctor_tells_what_is_missing_and_what_to_do(
+    kendon: Kendon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nothing_draws() -> None:
+        raise RendererError("neither EGL nor OSMesa")
+
+    monkeypatch.setattr("kendon.viewer.stage.require_renderer", nothing_draws)
+    monkeypatch.setattr("kendon.cli.information.find_spec", lambda module: None)
+    run = kendon("doctor", "--model-files", tmp_path)
+    assert run.code == 0
+    for extra, packages in EXTRAS.items():
+        assert re.search(rf"– +extra {extra} +without {re.escape(', '.join(packages.values()))}",
+                         run.out)  # fmt: skip
+        assert f"  • for the extra {extra}: pip install 'kendon[{extra}]'\n" in run.out
+    assert re.search(r"– +--picture, --video +nothing to draw with", run.out)
+    assert "  • neither EGL nor OSMesa\n" in run.out
+    assert "  • face_landmarker.task: get it from https" in run.out
 
 
 @pytest.mark.parametrize("command", ["greet", "estimate"])

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 import pytest
@@ -120,6 +121,28 @@ def test_ctrl_c_is_one_word(kendon: Kendon, monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr("kendon.cli.information.model_names", model_names)
     assert kendon("models") == (130, "", "kendon: stopped\n")
+
+
+class _Interrupting(MetaPathFinder):
+    """Is interrupted as the commands are imported."""
+
+    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
+        if fullname == "kendon.cli.app":
+            raise KeyboardInterrupt
+
+
+def test_ctrl_c_is_one_word_before_anything_has_begun(
+    kendon: Kendon, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "kendon.cli.app", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [_Interrupting(), *sys.meta_path])
+    assert kendon("models") == (130, "", "kendon: stopped\n")
+
+
+def test_nothing_is_imported_before_an_interrupt_is_answered() -> None:
+    code = "import sys; from kendon.cli import main; print(*sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {"numpy", "typer", "kendon.greeter"}.isdisjoint(run.stdout.split())
 
 
 @pytest.mark.parametrize(

@@ -237,3 +237,18 @@ def test_what_to_install_is_told_where_nothing_can_draw(monkeypatch: pytest.Monk
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
     with pytest.raises(RendererError, match=r"EGL or OSMesa.*apt-get install libegl1.*libosmesa6"):
         gl_context(16, 16)
+
+
+@pytest.mark.parametrize("error", [ctypes.ArgumentError, ImportError, AttributeError, RuntimeError])
+def test_a_half_installed_renderer_is_told_of(
+    error: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def import_module(name: str) -> None:
+        assert name == "mujoco.egl"
+        raise error("'NoneType' object has no attribute 'glGetError'")
+
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setattr("kendon.viewer.stage.importlib.import_module", import_module)
+    with pytest.raises(RendererError, match=r"EGL .* does not draw \(.*glGetError.*libopengl0"):
+        gl_context(16, 16)

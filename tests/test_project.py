@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -21,6 +21,7 @@ from packaging.utils import canonicalize_name
 
 import kendon
 from kendon import _version
+from kendon.cli.information import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
@@ -30,7 +31,7 @@ LOCK = ROOT / "constraints.txt"
 #: The packages and modules directly under `kendon`, from the inside out: each imports only its
 #: own ring and those before it. What stands in no ring is outermost: nothing here may import it.
 RINGS = {
-    "ground floor": {"_version", "errors", "phases", "geometry", "outputs", "tables"},
+    "ground floor": {"_version", "errors", "phases", "geometry", "outputs", "processes", "tables"},
     "understanding one person": {"person", "tracks", "observations", "features", "models"},
     "the world outside": {"trees", "robots", "sources", "simulation"},
     "main job": {"greeter"},
@@ -164,6 +165,18 @@ def test_the_lock_holds_pins_and_no_addresses() -> None:
     lines = LOCK.read_text(encoding="utf-8").splitlines()
     assert [x for x in lines if not x.lstrip().startswith("#") and not pin.fullmatch(x)] == []
     assert not re.search(r"https?:|file:|--|/", "\n".join(lines))
+
+
+def test_the_doctor_looks_for_every_extra() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        extras = tomllib.load(file)["project"]["optional-dependencies"]
+    del extras["dev"]
+
+    def names(requirements: Iterable[str]) -> set[str]:
+        return {canonicalize_name(Requirement(text).name) for text in requirements}
+
+    looked_for = {extra: names(packages.values()) for extra, packages in EXTRAS.items()}
+    assert looked_for == {extra: names(group) for extra, group in extras.items()}
 
 
 # ---- what the tests themselves rely on

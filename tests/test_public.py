@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,26 @@ def test_the_public_names_are_these() -> None:
         "open_source", "read_observations", "read_track", "write_observations", "write_track",
     }  # fmt: skip
     assert promised <= set(kendon.__all__)
+
+
+def test_what_is_not_offered_is_told_like_any_missing_attribute() -> None:
+    with pytest.raises(AttributeError, match="module 'kendon' has no attribute 'observ'"):
+        _ = kendon.observ  # type: ignore[attr-defined]
+    assert not hasattr(kendon, "__wrapped__")
+    assert set(kendon.__all__) <= set(dir(kendon))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import kendon; kendon.observe, kendon.features.observe, kendon.Track",
+        "from kendon import *; observe, Track",
+        "from kendon import observe, features, Track; features.observe",
+        "import kendon.features; kendon.features.observe, kendon.load_model",
+    ],
+)
+def test_the_public_names_are_there_when_they_are_asked_for(code: str) -> None:
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_the_model_contract() -> None:

@@ -6,93 +6,30 @@ track = kendon.read_track("person.csv")
 observations = kendon.observe(track)
 model = kendon.load_model("kendon")
 print(model.filter(observations.values))  # P(phase) after each observation
+
+All that is offered is in `kendon.public`. It takes half a second to import, which is done when the
+first of it is asked for: until then the command line could answer no interrupt.
 """
 
-from kendon._version import __version__
-from kendon.errors import (
-    DataError,
-    KendonError,
-    MissingExtraError,
-    ModelFileError,
-    ParameterError,
-    RobotError,
-    TreeError,
-    UnknownNameError,
-)
-from kendon.features import Sampler, observe, observe_all
-from kendon.greeter import Encounter, Greeter, Moment
-from kendon.greetings import load_greetings
-from kendon.models import (
-    Belief,
-    Fit,
-    GreetingModel,
-    Prior,
-    Tracker,
-    fit,
-    from_hmmlearn,
-    load_model,
-    model_names,
-    name_states,
-    save_model,
-    to_hmmlearn,
-)
-from kendon.observations import (
-    FEATURES,
-    Observation,
-    Observations,
-    read_observations,
-    write_observations,
-)
-from kendon.person import PersonFrame, Track
-from kendon.phases import Phase
-from kendon.robots import PointRobot, Robot
-from kendon.sources import RecordedSource, SourceOptions, open_source
-from kendon.tracks import read_track, write_track
-from kendon.trees import GreetingTree
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "FEATURES",
-    "Belief",
-    "DataError",
-    "Encounter",
-    "Fit",
-    "Greeter",
-    "GreetingModel",
-    "GreetingTree",
-    "KendonError",
-    "MissingExtraError",
-    "ModelFileError",
-    "Moment",
-    "Observation",
-    "Observations",
-    "ParameterError",
-    "PersonFrame",
-    "Phase",
-    "PointRobot",
-    "Prior",
-    "RecordedSource",
-    "Robot",
-    "RobotError",
-    "Sampler",
-    "SourceOptions",
-    "Track",
-    "Tracker",
-    "TreeError",
-    "UnknownNameError",
-    "__version__",
-    "fit",
-    "from_hmmlearn",
-    "load_greetings",
-    "load_model",
-    "model_names",
-    "name_states",
-    "observe",
-    "observe_all",
-    "open_source",
-    "read_observations",
-    "read_track",
-    "save_model",
-    "to_hmmlearn",
-    "write_observations",
-    "write_track",
-]
+from kendon._version import __version__ as __version__
+
+if TYPE_CHECKING:
+    from kendon.public import *  # noqa: F403
+    from kendon.public import __all__ as __all__
+else:
+
+    def __getattr__(name):
+        dunder = name.startswith("__") and name != "__all__"  # Python asks for some
+        if not dunder and "__all__" not in globals():
+            public = import_module("kendon.public")
+            globals().update({offered: getattr(public, offered) for offered in public.__all__})
+            globals()["__all__"] = public.__all__
+            if name in globals():  # one of these, or a package of kendon's, now that it is imported
+                return globals()[name]
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__():
+        return sorted({*globals(), *import_module("kendon.public").__all__})

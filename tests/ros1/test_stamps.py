@@ -63,6 +63,29 @@ def test_one_wild_stamp_does_no_harm() -> None:
     assert (clock.strange, clock.restarts) == (1, 0)
 
 
+@pytest.mark.parametrize("leap", [1.5, 6.0, 9.5])
+def test_one_stamp_seconds_ahead_does_no_harm(leap: float) -> None:
+    clock = StreamClock("/faces")
+    stamps = [1.0, 1.1, 1.15 + leap, 1.2, 1.3, 1.35 + leap, 1.4]
+    times = [clock.take(s, s if s < 2 else s - leap) for s in stamps]
+    assert times == [1.0, 1.1, None, 1.2, 1.3, None, 1.4]
+    assert (clock.strange, clock.restarts, clock.notes) == (2, 0, [])
+
+
+def test_messages_that_were_held_up_no_more_count_but_for_the_first() -> None:
+    clock = StreamClock("/faces")
+    held_up = [(10 + i / 10, 14 + i / 10) for i in range(5)]
+    in_time = [(14.5 + i / 10, 14.5 + i / 10) for i in range(4)]
+    times = [clock.take(stamp, now) for stamp, now in held_up + in_time]
+    assert times == [10.0, 10.1, 10.2, 10.3, 10.4, None, *(stamp for stamp, _ in in_time[1:])]
+    assert clock.restarts == 0
+
+
+def test_a_pause_is_no_leap() -> None:
+    clock = StreamClock("/faces")
+    assert [clock.take(s, s) for s in (1.0, 1.1, 8.0, 8.1)] == [1.0, 1.1, 8.0, 8.1]
+
+
 def test_two_clocks_on_one_topic_are_named_and_the_first_counts() -> None:
     clock = StreamClock("/faces")
     times = []

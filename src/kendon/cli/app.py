@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import glob
-import io
 import os
-import signal
 import sys
-import threading
-from types import FrameType
 
 import typer
 
 from kendon._version import __version__
+from kendon.cli.entry import BROKEN_PIPE, tell
 from kendon.cli.estimate import EPILOG as ESTIMATE_EPILOG
 from kendon.cli.estimate import estimate_command
 from kendon.cli.evaluate import EPILOG as EVALUATE_EPILOG
@@ -42,10 +38,6 @@ from kendon.cli.ros2 import ros2_command
 from kendon.cli.simulate import EPILOG as SIMULATE_EPILOG
 from kendon.cli.simulate import simulate_command
 from kendon.errors import KendonError
-
-#: The reader of what is printed (head, less) has gone; rich ends with the same. It is no
-#: success, as what would have been done after the printing is not done.
-_BROKEN_PIPE = 1
 
 app = typer.Typer(
     name="kendon",
@@ -93,27 +85,7 @@ def _options(
         raise typer.Exit(2)
 
 
-def main() -> None:
-    """Run the command line; a mistake of the user is one sentence and exit code 2."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without bars gets question marks
-    if threading.current_thread() is not threading.main_thread():
-        sys.exit(_finish_output(_run()))  # signals are the main thread's
-    before = signal.signal(signal.SIGTERM, _end)
-    try:
-        sys.exit(_finish_output(_run()))
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _end(number: int, frame: FrameType | None) -> None:
-    """End like at an error, so that no half of a file is left behind."""
-    del frame
-    sys.exit(128 + number)
-
-
-def _run() -> int:
+def run() -> int:
     """Run the command that was typed; its exit code."""
     words = _typed()
     try:
@@ -124,18 +96,15 @@ def _run() -> int:
         return end.exit_code
     except UsageError as error:
         known = {command.name for command in app.registered_commands}
-        return _tell(sentence(error, " ".join(["kendon", *(w for w in words[:1] if w in known)])))
+        return tell(sentence(error, " ".join(["kendon", *(w for w in words[:1] if w in known)])))
     except KendonError as error:
-        return _tell(str(error))
-    except KeyboardInterrupt:
-        _tell("stopped")
-        return 130
+        return tell(str(error))
     except BrokenPipeError:
-        return _BROKEN_PIPE
+        return BROKEN_PIPE
     except OSError as error:
         # Files are named; what has no name is where the results are printed.
         place = error.filename or "the standard output"
-        return _tell(f"{place}: {error.strerror or error}")
+        return tell(f"{place}: {error.strerror or error}")
     return 0
 
 
@@ -144,22 +113,3 @@ def _typed() -> list[str]:
     if os.name != "nt":
         return sys.argv[1:]
     return [name for word in sys.argv[1:] for name in (sorted(glob.glob(word)) or [word])]
-
-
-def _tell(message: str) -> int:
-    with contextlib.suppress(OSError):
-        typer.echo(f"kendon: {message}", err=True)
-    return 2
-
-
-def _finish_output(code: int) -> int:
-    """Write what is still to be written, here where a failure can be told; the exit code."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        # Silence the interpreter's own attempt at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):
-            return code or _BROKEN_PIPE
-        return code or _tell(f"the standard output: {error.strerror}")
-    return code

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib.metadata
-import importlib.util
 import platform
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +16,7 @@ from kendon._version import __version__
 from kendon.cli.options import out
 from kendon.cli.tables import print_table
 from kendon.cli.targets import check_targets
-from kendon.errors import DataError
+from kendon.errors import DataError, RendererError
 from kendon.models import DEFAULT_MODEL, load_model, model_names
 from kendon.robots import DEFAULT_ROBOT, RobotOptions, robot_kinds
 from kendon.sources import registered_sources
@@ -24,9 +24,13 @@ from kendon.sources.model_files import ModelFileState, model_file_reports
 from kendon.trees import NODES, Port, shipped_trees, write_trees
 
 #: The packages of each optional extra, by the name they are imported under.
-_EXTRAS = {
+EXTRAS = {
     "bags": {"rosbags": "rosbags"},
     "camera": {"mediapipe": "mediapipe", "cv2": "opencv-contrib-python", "pooch": "pooch"},
+    "cluster": {"distributed": "dask[distributed]"},
+    "hmmlearn": {"hmmlearn": "hmmlearn"},
+    "ros2": {"cyclonedds": "cyclonedds", "rosbags": "rosbags"},
+    "view": {"viser": "viser"},
 }
 
 
@@ -115,18 +119,22 @@ def doctor_command(
     todo: list[str] = []
     for package in ("numpy", "scipy", "py_trees", "matplotlib", "mujoco"):
         row(True, package, importlib.metadata.version(package))
-    for extra, packages in _EXTRAS.items():
+    for extra, packages in EXTRAS.items():
         missing = [package for module, package in packages.items() if not _installed(module)]
         if missing:
             row(False, f"extra {extra}", f"without {', '.join(missing)}")
             todo.append(f"for the extra {extra}: pip install 'kendon[{extra}]'")
         else:
             row(True, f"extra {extra}", "installed")
+    trouble = _drawing_trouble()
+    row(not trouble, "--picture, --video", "nothing to draw with" if trouble else "can be drawn")
+    if trouble:
+        todo.append(trouble)
     for report in model_file_reports(model_files):
         ready = report.state is ModelFileState.READY
         row(ready, f"{report.file.name}", f"{report.state.value}: {report.path}")
         if report.advice:
-            todo.append(report.advice)
+            todo.append(f"{report.file.name}: {report.advice}")
     print_table(table, out)
     out.print()
     if todo:
@@ -137,5 +145,16 @@ def doctor_command(
         out.print("Nothing is missing.")
 
 
+def _drawing_trouble() -> str:
+    """Why the robot's body cannot be drawn, "" if it can."""
+    from kendon.viewer.stage import require_renderer  # a second: not for those who need none
+
+    try:
+        require_renderer()
+    except RendererError as error:
+        return str(error)
+    return ""
+
+
 def _installed(module: str) -> bool:
-    return importlib.util.find_spec(module) is not None
+    return find_spec(module) is not None

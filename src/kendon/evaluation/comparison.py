@@ -17,6 +17,7 @@ from kendon.errors import KendonError, ParameterError
 from kendon.evaluation.readers import Reader
 from kendon.observations import Observations
 from kendon.person import FloatArray, IntArray
+from kendon.processes import each
 
 #: Enough that the ends of an interval move by less than a last printed digit.
 RESAMPLES = 10_000
@@ -177,12 +178,10 @@ def repeated_splits(
     accuracies: dict[str, list[float]] = {}
     if train is not None:
         # A third of a second to import, which whoever compares nothing need not wait for.
-        from joblib import Parallel, delayed, parallel_config
+        from joblib import parallel_config
 
         with backend or parallel_config(n_jobs=n_jobs):
-            for result in Parallel(return_as="generator")(
-                delayed(_learn_and_test)(greetings, split, train) for split in splits
-            ):
+            for result in each(_learn_and_test, ((greetings, split, train) for split in splits)):
                 for name, accuracy in result:
                     accuracies.setdefault(name, []).append(accuracy)
                 if progress:

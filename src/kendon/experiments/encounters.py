@@ -13,6 +13,7 @@ from kendon.experiments.verdict import Verdict, judge
 from kendon.geometry import Pose2D
 from kendon.greeter import Encounter, Greeter
 from kendon.models import DEFAULT_MODEL, load_model
+from kendon.processes import each
 from kendon.robots import DEFAULT_ROBOT, make_robot
 from kendon.simulation.live_sensor import LiveSensor, View
 from kendon.simulation.reacting import ReactingPerson
@@ -104,12 +105,8 @@ def hold_all(
     """
     if count < 1:
         raise ParameterError(f"hold at least one encounter, not {count}")
-    from joblib import Parallel, delayed  # half a second: not for those who need none
-
     found: list[Verdict] = []
-    for verdict in Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_verdict)(number, setting) for number in range(count)
-    ):
+    for verdict in each(_verdict, ((number, setting) for number in range(count)), jobs):
         found.append(verdict)
         if progress:
             progress(len(found))

@@ -11,6 +11,7 @@ from kendon.errors import ParameterError
 from kendon.features import observe_all
 from kendon.observations import Observations
 from kendon.person import Track
+from kendon.processes import each
 from kendon.simulation.greeters import draw_greeter, draw_passerby, perform
 from kendon.simulation.sensors import SENSORS, Sensor, draw_sensor
 
@@ -73,17 +74,12 @@ def simulate(
         )
     if not 0 <= passersby <= 1:
         raise ParameterError(f"the share of passers-by lies between 0 and 1, not {passersby}")
-    starts = range(0, n, _BATCH)
+    batches = (
+        (start, min(start + _BATCH, n), seed, seeing, signs, passersby)
+        for start in range(0, n, _BATCH)
+    )
     done: list[Observations] = []
-    if jobs == 1:
-        batches = (_batch(s, min(s + _BATCH, n), seed, seeing, signs, passersby) for s in starts)
-    else:
-        from joblib import Parallel, delayed  # half a second: not for those who need none
-
-        batches = Parallel(n_jobs=jobs, return_as="generator")(
-            delayed(_batch)(s, min(s + _BATCH, n), seed, seeing, signs, passersby) for s in starts
-        )
-    for batch in batches:
+    for batch in each(_batch, batches, jobs):
         done += batch
         if progress:
             progress(len(done))

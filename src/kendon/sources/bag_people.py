@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kendon.errors import DataError
 from kendon.features import ROBOT_FACE
@@ -19,6 +18,7 @@ from kendon.geometry import Vec3
 from kendon.person import FloatArray, IntArray, Track
 from kendon.sources.base import CameraMount
 from kendon.sources.camera_geometry import MountedCamera
+from kendon.sources.heads import head_frames, head_stamps, heads
 from kendon.sources.ros4hri import HumansLog, Person, joint_frames
 from kendon.sources.transforms import Poses, axis_of, turned_by
 from kendon.tracks import MAX_COORDINATE
@@ -27,8 +27,6 @@ from kendon.tracks import MAX_COORDINATE
 BASES = ("base_footprint", "base_link")
 #: In what the robot moves, likewise: `odom` first, as it never jumps, and speeds come from it.
 WORLDS = ("odom", "map")
-#: The head of a body stands in for a face that was lost for longer than this [ns].
-FACE_LOST = 100_000_000
 #: A gaze this near to the head's direction everywhere is no estimate of its own [rad].
 _SAME_DIRECTION = 1e-3
 _NANO = 1e-9
@@ -88,12 +86,12 @@ class PeopleReading:
         self._log = log
         self._tree = log.transforms
         self.state = state or PlacingState(
-            min(int(head_stamps(log, person)[0]) for person in people)
+            min(int(head_stamps(self._tree, person)[0]) for person in people)
         )
         self._notes = log.notes()
         frames = self._tree.frames
         bases = [name for name in BASES if name in frames]
-        seen = _head_frames(people[0])[0]
+        seen = head_frames(people[0])[0]
         # One that is not connected is better than none: its error tells what is missing.
         base = options.base or next(
             (name for name in bases if self._tree.connected(name, seen)), next(iter(bases), None)
@@ -116,7 +114,7 @@ class PeopleReading:
             DataError: their frames are not connected with the base, or are never known with it.
         """
         notes = list(self._notes)
-        stamps, frames = self.heads(person)
+        stamps, frames = heads(self._tree, person)
         track = self.track(person, stamps, frames, notes)
         if not np.isfinite(track.head).any():
             raise DataError(self.why_unknown(frames[0], stamps), file=self._path)
@@ -175,31 +173,6 @@ class PeopleReading:
         first = people[0]
         frame = f"face_{first.faces[0]}" if first.faces else f"body_{first.bodies[0]}"
         return (self._tree.parents(frame) or [frame])[0]
-
-    def newest(self, person: Person) -> int:
-        """When somebody was last known [ns]."""
-        return max(map(self._tree.newest, _head_frames(person)))
-
-    def heads(self, person: Person, after: int = -1) -> tuple[IntArray, list[str]]:
-        """When somebody is known, growing [ns], and by which frame each time.
-
-        Args:
-            person: who.
-            after: only later stamps are given [ns].
-        """
-        when: dict[int, str] = {}
-        for face in person.faces:
-            stamps = self._tree.stamps(f"face_{face}")
-            for stamp in stamps[stamps > after - FACE_LOST].tolist():
-                when.setdefault(stamp, f"face_{face}")
-        faces = np.array(sorted(when), dtype=np.int64)
-        for body in person.bodies:
-            stamps = self._tree.stamps(f"head_{body}")
-            stamps = stamps[stamps > after]
-            for stamp in stamps[_far(stamps, faces, FACE_LOST)].tolist():
-                when.setdefault(stamp, f"head_{body}")
-        order = sorted(stamp for stamp in when if stamp > after)
-        return np.array(order, dtype=np.int64), [when[stamp] for stamp in order]
 
     def _each(self, frames: list[str], stamps: IntArray) -> tuple[FloatArray, FloatArray]:
         """Where each stamp's own frame is in the base, (T, 3) and (T, 4)."""
@@ -368,25 +341,6 @@ class PeopleReading:
         for name in found:
             found += [p for p in self._tree.parents(name) if p not in found]
         return found
-
-
-def head_stamps(log: HumansLog, person: Person) -> IntArray:
-    """When somebody was told of [ns], sorted, each stamp once."""
-    told = [log.transforms.stamps(frame) for frame in _head_frames(person)]
-    return np.unique(np.concatenate(told))
-
-
-def _head_frames(person: Person) -> list[str]:
-    return [f"face_{i}" for i in person.faces] + [f"head_{i}" for i in person.bodies]
-
-
-def _far(stamps: IntArray, others: IntArray, limit: int) -> NDArray[np.bool_]:
-    """Which stamps have no other one nearer than a limit; all in ns."""
-    if not len(others):
-        return np.ones(len(stamps), dtype=bool)
-    after = np.clip(np.searchsorted(others, stamps), 1, len(others) - 1) if len(others) > 1 else 0
-    nearest = np.minimum(np.abs(others[after] - stamps), np.abs(others[after - 1] - stamps))
-    return np.asarray(nearest > limit)
 
 
 def listed(names: Sequence[str]) -> str:

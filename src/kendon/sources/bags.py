@@ -15,8 +15,9 @@ from pathlib import Path
 from kendon.errors import DataError
 from kendon.person import Track
 from kendon.sources.bag_faces import people_told, tells_of_faces
-from kendon.sources.bag_people import BagOptions, BagPerson, PeopleReading, head_stamps, listed
+from kendon.sources.bag_people import BagOptions, BagPerson, PeopleReading, listed
 from kendon.sources.base import SourceOptions, register
+from kendon.sources.heads import head_stamps
 from kendon.sources.recording import RecordedSource
 from kendon.sources.ros4hri import HumansLog, Person
 from kendon.sources.ros_bags import is_bag, read_messages
@@ -75,7 +76,7 @@ def read_bag(
         return _told_person(Path(path), person)
     log, people = _people(Path(path))
     if person is None:
-        chosen = max(people, key=lambda p: len(head_stamps(log, p)))
+        chosen = max(people, key=lambda p: len(head_stamps(log.transforms, p)))
     else:
         named = [p for p in people if p.name == person] or [p for p in people if person in p.ids]
         if not named:

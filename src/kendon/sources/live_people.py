@@ -17,12 +17,12 @@ from kendon.errors import DataError, KendonError
 from kendon.person import IntArray, PersonFrame
 from kendon.sources.bag_people import (
     BASES,
-    FACE_LOST,
     BagOptions,
     PeopleReading,
     PlacingState,
     listed,
 )
+from kendon.sources.heads import FACE_LOST, heads, newest_head
 from kendon.sources.ros4hri import TWO_CLOCKS, HumansLog, Person
 from kendon.sources.ros_stamps import StampGuard, nanoseconds
 
@@ -145,10 +145,10 @@ class LivePeople:
         for person in people:
             given = max(self._given.get(i, -1) for i in person.ids)
             wanted = max(given, due(person))
-            if reading.newest(person) <= wanted:
+            if newest_head(self.log.transforms, person) <= wanted:
                 self._told.discard(person.name)
                 continue
-            stamps, frames = reading.heads(person, given)
+            stamps, frames = heads(self.log.transforms, person, given)
             count = self._complete(reading, person, stamps.tolist(), frames, now)
             if not count or stamps[count - 1] <= wanted:
                 continue

@@ -10,6 +10,9 @@ from typing import Any
 MAX_LATE = 1.0
 #: A stamp that leaps ahead of the time that has passed by more is of another clock [s].
 MAX_LEAP = 10.0
+#: A stamp that is ahead of the time that has passed by more, but less than that, is believed when
+#: the next one agrees [s]: until then it is a stray, which would make the greeting seem over.
+MAX_AHEAD = 1.0
 #: Stamps and this machine's clock farther apart than this, in the median, are two clocks [s].
 TWO_CLOCKS = 1.0
 #: From so many messages that median is taken.
@@ -43,7 +46,8 @@ class StreamClock:
     late, after a newer one, is left out, as all that could be said of its time has been said.
     Where a few in a row tell of quite another time, the sender's clock has begun again (a
     simulation that was reset, a recording played from the start): times go on from where they
-    were. A single one that does is left out.
+    were. A single one that does is left out, and so is one that is seconds ahead, unless the next
+    one is, too: then messages had been held up, or nothing was told for a while.
 
     Args:
         topic: its name, for the notes.
@@ -60,6 +64,7 @@ class StreamClock:
         self._shift = 0.0  # [s], from stamps to times
         self._lags: list[float] = []  # [s], from stamp to receipt
         self._others: list[float] = []  # stamps in a row that are of another clock
+        self._ahead: float | None = None  # the last stamp, if it was left out as ahead [s]
 
     def take(self, stamp: float, now: float) -> float | None:
         """The time of a message [s], or None if it must be left out.
@@ -79,6 +84,8 @@ class StreamClock:
             if step < -MAX_LATE or step > passed + MAX_LEAP:
                 if not self._begins_again(stamp, passed):
                     return None
+            elif step > passed + MAX_AHEAD and not self._is_believed(stamp, passed):
+                return None
             elif step < _SHORTEST:
                 self.late += 1
                 self._note_once(
@@ -86,6 +93,7 @@ class StreamClock:
                 )
                 return None
         self._others.clear()
+        self._ahead = None
         self._stamp, self._now = stamp, now
         return stamp + self._shift
 
@@ -98,6 +106,14 @@ class StreamClock:
         if self._stamp is None:
             return None
         return self._stamp + self._shift + max(0.0, now - self._now)
+
+    def _is_believed(self, stamp: float, passed: float) -> bool:
+        """Whether a stamp that is ahead follows another one that was."""
+        before, self._ahead = self._ahead, stamp
+        if before is not None and -MAX_LATE <= stamp - before <= passed + MAX_AHEAD:
+            return True
+        self.strange += 1
+        return False
 
     def _begins_again(self, stamp: float, passed: float) -> bool:
         """Whether enough messages agree on another time; the first of them are left out."""
@@ -144,7 +160,8 @@ class StreamClock:
 class StampGuard:
     """Tells single stamps of quite another time from a clock that has been set.
 
-    As in `StreamClock`, a few in a row that agree on another time are a clock that was set.
+    As in `StreamClock`, a few in a row that agree on another time are a clock that was set, and
+    one that is only seconds ahead is believed when the next one agrees.
     """
 
     def __init__(self) -> None:
@@ -162,8 +179,10 @@ class StampGuard:
         if name in self._newest:
             before, when = self._newest[name]
             passed = max(0, received - when)
-            if not _follows(stamp, before, passed) and not self._agree(name, stamp, passed):
-                return False
+            if not _follows(stamp, before, passed + _ns(MAX_AHEAD)):
+                needed = 2 if _follows(stamp, before, passed + _ns(MAX_LEAP)) else _AGREED
+                if self._agreed(name, stamp, passed) < needed:
+                    return False
         self._others.pop(name, None)
         self._newest[name] = stamp, received
         return True
@@ -174,14 +193,19 @@ class StampGuard:
             del self._newest[name]
             self._others.pop(name, None)
 
-    def _agree(self, name: str, stamp: int, passed: int) -> bool:
+    def _agreed(self, name: str, stamp: int, passed: int) -> int:
+        """How many in a row agree on another time, with this one."""
         others = self._others.setdefault(name, [])
-        if others and not _follows(stamp, others[-1], passed):
+        if others and not _follows(stamp, others[-1], passed + _ns(MAX_AHEAD)):
             others.clear()
         others.append(stamp)
-        return len(others) >= _AGREED
+        return len(others)
 
 
-def _follows(stamp: int, before: int, passed: int) -> bool:
-    """Whether a stamp may come after another one by the same clock; all in ns."""
-    return -MAX_LATE * 1e9 <= stamp - before <= passed + MAX_LEAP * 1e9
+def _follows(stamp: int, before: int, most: int) -> bool:
+    """Whether a stamp may come after another one, so much later at most; all in ns."""
+    return -_ns(MAX_LATE) <= stamp - before <= most
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)

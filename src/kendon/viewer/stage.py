@@ -6,6 +6,7 @@ MUJOCO_GL names one of them where the choice matters.
 
 from __future__ import annotations
 
+import ctypes
 import ctypes.util
 import importlib
 import math
@@ -40,7 +41,7 @@ _SKY_TOP, _SKY_LOW = (0.73, 0.80, 0.87), (0.94, 0.95, 0.96)
 _LIGHT_AWAY = 6.0  # [m], from what is looked at to the lamp
 #: The most shapes a person and the zones need.
 _MOST_SHAPES = 200
-_PACKAGES = "on Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6"
+_PACKAGES = "on Debian: apt-get install libegl1 libopengl0 libgl1-mesa-dri, or libosmesa6"
 
 
 class Stage:
@@ -216,7 +217,10 @@ def gl_context(width: int, height: int) -> Any:
         raise RendererError(f"drawing needs EGL or OSMesa, and neither is installed; {_PACKAGES}")
     try:
         return importlib.import_module(f"mujoco.{found[0]}").GLContext(width, height)
-    except (ImportError, RuntimeError, AttributeError, OSError) as error:
+    except (
+        ImportError, RuntimeError, AttributeError, OSError,
+        ctypes.ArgumentError,  # what PyOpenGL says when EGL is there without OpenGL
+    ) as error:  # fmt: skip
         why = " ".join(str(error).split()) or type(error).__name__
         raise RendererError(
             f"{backends[found[0]]} is there but does not draw ({why}); {_PACKAGES},"

@@ -135,6 +135,9 @@ def test_a_replay_opens_without_a_network(browser: Callable[..., Any], tmp_path:
     frame.locator("canvas").first.wait_for()
     frame.locator("[role=slider]").first.wait_for(state="attached")
     shown.wait_for_selector(f'[data-phase="{Phase.CS.name}"]')
+    # The numbers beside the charts are those of the time that is shown.
+    beside = shown.locator("#charts .values text").all_text_contents
+    _until(shown, lambda: any(words.startswith("CS") for words in beside()))
     assert all(url.split(":")[0] in ("file", "about", "data", "blob") for url in asked)
 
 

@@ -21,7 +21,7 @@ from kendon.person import JOINTS, PersonFrame
 from kendon.phases import Phase
 from kendon.robots import PointRobot
 from kendon.viewer.browser.cameras import floor_point
-from kendon.viewer.browser.charts import draw_charts
+from kendon.viewer.browser.charts import chart_values, draw_charts
 from kendon.viewer.browser.forms import COLUMNS, Pieces
 from kendon.viewer.browser.panels import command_log, log_rows, phase_card, tree_view
 from kendon.viewer.browser.person_form import Follower, draw_person, stance
@@ -180,6 +180,20 @@ def test_the_charts_are_pictures_of_what_was_observed(session: Session) -> None:
     words = " ".join(e.text or "" for e in svg.iter("text"))
     for word in ("distance", "speed", "gaze", "smile", "20 s", "CS 1.00"):
         assert word in words
+
+
+def test_the_numbers_beside_the_charts_are_those_of_an_instant(session: Session) -> None:
+    snapshots = list(session.stage.snapshots)
+    for snapshot in (snapshots[8], snapshots[-1]):
+        assert snapshot.observation is not None
+        words = [text for _, _, text in chart_values(snapshot)]
+        assert f"{snapshot.observation.distance:.1f} m" in words
+        assert any(w.startswith(snapshot.phase.name) for w in words if snapshot.phase)
+    written = draw_charts(snapshots, 0.0, 20.0)
+    assert all(f">{text}</text>" in written for _, _, text in chart_values(snapshots[-1]))
+    bare = draw_charts(snapshots, 0.0, 20.0, values=False)
+    assert "CS 1.00" not in bare
+    assert '<g class="values"></g>' in bare
 
 
 _FIRST = encounters.simulated("simulated:short").stage

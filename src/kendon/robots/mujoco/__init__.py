@@ -13,8 +13,8 @@ except (AttributeError, ImportError, RuntimeError) as error:
         raise
     raise RendererError(
         f"MuJoCo cannot start with MUJOCO_GL={_named} ({' '.join(str(error).split())}); unset it,"
-        " or install what it names (on Debian: apt-get install libegl1 libgl1-mesa-dri, or"
-        " libosmesa6)"
+        " or install what it names (on Debian: apt-get install libegl1 libopengl0"
+        " libgl1-mesa-dri, or libosmesa6)"
     ) from None
 
 from kendon.robots.mujoco.description import RobotDescription, read_description

@@ -34,11 +34,13 @@ _GESTURES = (("salutes from afar", "dsal", Phase.DS), ("salutes nearby", "csal",
              ("dips the head", "hdip", Phase.HD))  # fmt: skip
 _LEFT, _RIGHT, _TOP = 92, 58, 14
 _BELIEF, _ROW, _BAR = 84, 34, 13
+_GAP = 5  # between the drawing and the numbers beside it
 
 
 def draw_charts(
-    snapshots: Sequence[Snapshot], start: float, stop: float, *, width: int = 360, mark: str = ""
-) -> str:
+    snapshots: Sequence[Snapshot], start: float, stop: float, *, width: int = 360,
+    values: bool = True,
+) -> str:  # fmt: skip
     """The observations between two times, as the code of an SVG picture.
 
     Args:
@@ -46,7 +48,8 @@ def draw_charts(
         start: at the left edge [s].
         stop: at the right edge [s].
         width: of the picture [pixels].
-        mark: SVG code to lay over the drawing.
+        values: whether the newest `chart_values` are written; else there is an empty group
+            ``values`` to write some into.
     """
     read = [s for s in snapshots if s.is_new and s.observation and start <= s.t <= stop + 1e-6]
     read = read[:: max(1, len(read) // _FINEST)]
@@ -67,17 +70,51 @@ def draw_charts(
         y += _BAR + 4
     parts += _axis(start, stop, x, y)
     height = y + 18
+    right = [x(read[-1].t) if read else 0.0, _LEFT + plot]
+    written = [
+        _text(right[place] + _GAP, level, words, _INK)
+        for place, level, words in (chart_values(read[-1]) if values and read else ())
+    ]
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" role="img"'
         ' aria-label="Probabilities of the phases and observations over time"'
         ' style="display:block;font:11px system-ui,sans-serif">'
-        + "".join(parts) + mark + "</svg>"
+        + "".join(parts) + '<g class="values">' + "".join(written) + "</g></svg>"
     )  # fmt: skip
 
 
-def plot_box(width: int = 360) -> tuple[int, int]:
-    """Where a drawing of that width has its left edge of time, and how wide time is [pixels]."""
-    return _LEFT, width - _LEFT - _RIGHT
+def chart_values(snapshot: Snapshot) -> list[tuple[int, float, str]]:
+    """The numbers of one instant, as they stand beside a drawing.
+
+    Returns:
+        For each one whether it belongs at the end of what is drawn (0) or at the right edge of
+        the drawing (1), how high [pixels], and its text.
+    """
+    written: list[tuple[int, float, str]] = []
+    base = 0.0
+    for phase, p in zip(Phase, snapshot.probabilities, strict=False):  # none before a belief
+        if p > 0.15:
+            level = _TOP + _BELIEF * (1 - base - p / 2) + 4
+            written.append((0, round(level, 1), f"{phase.name} {p:.2f}"))
+        base += p
+    if snapshot.observation is None:
+        return written
+    y = _TOP + _BELIEF + 8
+    for lane in _LANES:
+        value = getattr(snapshot.observation, lane.field)
+        if not math.isnan(value):
+            written.append((1, y + _ROW / 2 + 3, lane.form.format(round(value, 1) + 0.0)))
+        y += _ROW
+    for _, field, _ in _GESTURES:
+        value = getattr(snapshot.observation, field)
+        written.append((1, y + _BAR - 3, "–" if math.isnan(value) else f"{value:.1f}"))
+        y += _BAR + 4
+    return written
+
+
+def plot_box(width: int = 360) -> tuple[int, int, int]:
+    """Of a drawing: where time begins, how wide it is, and where numbers stand [pixels]."""
+    return _LEFT, width - _LEFT - _RIGHT, width - _RIGHT + _GAP
 
 
 def _belief(read: Sequence[Snapshot], x: Callable[[float], float]) -> list[str]:
@@ -94,14 +131,6 @@ def _belief(read: Sequence[Snapshot], x: Callable[[float], float]) -> list[str]:
         below = above
     for share in (0, 1):
         parts.append(_text(_LEFT - 6, _TOP + _BELIEF * (1 - share) + 4, f"{share}", _SOFT, "end"))
-    if rows:
-        base = 0.0
-        for phase in Phase:
-            p = rows[-1][1][phase.index]
-            if p > 0.15:
-                y = _TOP + _BELIEF * (1 - base - p / 2) + 4
-                parts.append(_text(x(rows[-1][0]) + 5, y, f"{phase.name} {p:.2f}", _INK))
-            base += p
     return parts
 
 
@@ -123,7 +152,6 @@ def _lane(
         f' stroke="{_GRID}" stroke-dasharray="{"3 3" if lane.field == "gaze" else "none"}"/>'
     )
     run: list[tuple[float, float]] = []
-    newest = math.nan
     for snapshot in read:
         value = getattr(snapshot.observation, lane.field)
         if math.isnan(value):
@@ -131,12 +159,7 @@ def _lane(
             run = []
         else:
             run.append((x(snapshot.t), height(value)))
-        newest = value
-    parts += _stroke(run)
-    if not math.isnan(newest):
-        written = lane.form.format(round(newest, 1) + 0.0)
-        parts.append(_text(_LEFT + plot + 5, y + _ROW / 2 + 3, written, _INK))
-    return parts
+    return parts + _stroke(run)
 
 
 def _stroke(run: list[tuple[float, float]]) -> list[str]:
@@ -153,17 +176,14 @@ def _bars(
         f'<rect x="{_LEFT}" y="{y}" width="{plot:.0f}" height="{_BAR}" fill="#f7f7f7"/>',
         _text(_LEFT - 6, y + _BAR - 3, label, _INK, "end", small=True),
     ]
-    newest = math.nan
     for snapshot in read:
-        newest = getattr(snapshot.observation, field)
-        if newest > 0.05:
+        value = getattr(snapshot.observation, field)
+        if value > 0.05:
             left, right = max(x(snapshot.t - 0.2), _LEFT), x(snapshot.t)
             parts.append(
                 f'<rect x="{left:.1f}" y="{y}" width="{max(0.5, right - left):.1f}"'
-                f' height="{_BAR}" fill="{phase.color}" opacity="{newest:.2f}"/>'
+                f' height="{_BAR}" fill="{phase.color}" opacity="{value:.2f}"/>'
             )
-    written = "–" if math.isnan(newest) else f"{newest:.1f}"
-    parts.append(_text(_LEFT + plot + 5, y + _BAR - 3, written, _INK))
     return parts
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import json
 import string
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
+from functools import partial
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -13,11 +14,11 @@ from pathlib import Path
 from kendon.errors import DataError
 from kendon.outputs import check_file, write_text
 from kendon.viewer.browser.cameras import FOV, course, overview
-from kendon.viewer.browser.charts import draw_charts, plot_box
+from kendon.viewer.browser.charts import chart_values, draw_charts, plot_box
 from kendon.viewer.browser.panels import log_rows, phase_card, tree_view
 from kendon.viewer.browser.scene import Scene
 from kendon.viewer.browser.serving import start_server, stop_server
-from kendon.viewer.browser.stage import Stage
+from kendon.viewer.browser.stage import Snapshot, Stage
 
 _WIDTH = 370  # [pixels], of the charts
 #: The picture, about: on a large screen and, smaller, on a phone [pixels].
@@ -38,26 +39,30 @@ def replay_page(stage: Stage) -> str:
     if not snapshots:
         raise DataError("there is nothing to replay; the encounter has not begun")
     start, stop = snapshots[0].t, max(snapshots[-1].t, snapshots[0].t + 1.0)
-    left, plot = plot_box(_WIDTH)
-    cards, trees = _Distinct(), _Distinct()
+    left, plot, beside = plot_box(_WIDTH)
+    cards, trees, values = _Distinct(), _Distinct(), _Distinct()
     record = {
         "start": start,
         "stop": stop,
         "width": _WIDTH,
         "left": left,
         "plot": plot,
+        "beside": beside,
         "t": [round(s.t, 3) for s in snapshots],
-        "card": [cards.place(s.said, lambda s=s: phase_card(s)) for s in snapshots],
-        "tree": [trees.place(s.nodes, lambda s=s: tree_view(stage.nodes, s.nodes))
+        "card": [cards.place(s.said, partial(phase_card, s)) for s in snapshots],
+        "tree": [trees.place(s.nodes, partial(tree_view, stage.nodes, s.nodes))
                  for s in snapshots],
-        "cards": cards.texts,
-        "trees": trees.texts,
+        "value": [values.place(s.observation and s.observation.t, partial(_beside, s))
+                  for s in snapshots],
+        "cards": cards.contents,
+        "trees": trees.contents,
+        "values": values.contents,
         "log": log_rows([a for a in stage.actions if a.start >= start - 0.1]),
     }  # fmt: skip
     template = files("kendon.viewer.browser").joinpath("replay.html").read_text(encoding="utf-8")
     return string.Template(template).substitute(
         title=escape(stage.title or "An encounter"),
-        charts=draw_charts(snapshots, start, stop, width=_WIDTH),
+        charts=draw_charts(snapshots, start, stop, width=_WIDTH, values=False),
         # No text may end the script element it stands in.
         record=json.dumps(record).replace("</", "<\\/"),
         scene=base64.b64encode(_scene(stage).encode()).decode("ascii"),
@@ -84,18 +89,22 @@ def check_replay(path: Path) -> None:
     check_file(path)
 
 
+def _beside(snapshot: Snapshot) -> list[tuple[float, str]]:
+    """The numbers that stand beside the charts: how high, and the text."""
+    return [(level, words) for _, level, words in chart_values(snapshot)]
+
+
 class _Distinct:
-    """Texts that differ, each once, and which of them is wanted where."""
+    """Contents that differ, each once, and which of them is wanted where."""
 
     def __init__(self) -> None:
-        self.texts: list[str] = []
+        self.contents: list[object] = []
         self._places: dict[Hashable, int] = {}
 
-    def place(self, key: Hashable, text: object) -> int:
+    def place(self, key: Hashable, make: Callable[[], object]) -> int:
         if key not in self._places:
-            self._places[key] = len(self.texts)
-            assert callable(text)
-            self.texts.append(text())
+            self._places[key] = len(self.contents)
+            self.contents.append(make())
         return self._places[key]
 
 
