@@ -31,6 +31,9 @@ from kendon.simulation.temperaments import Temperament
 #: reactions take 0.2 to 0.4 s (Woodworth & Schlosberg 1954).
 RATE = 10.0
 REACTION = 0.3
+#: Nobody looks away for a moment only: so long people do who listen to somebody (Andrist et al.
+#: 2014) [s].
+_AVERTED = 1.14
 #: Who salutes with the head looks at the robot first, for so long at most [s]; ours.
 _FIRST_LOOK = 0.8
 #: Who steps back goes this far beyond their comfort, at this pace (ours) [m], [m/s].
@@ -86,6 +89,8 @@ class ReactingPerson:
         self._count = round(frames / RATE)
         self._sight = Sight(self.actor, round(REACTION * RATE))
         self._stage: Phase | None = None
+        self._saluting = False
+        self._under_way = False
         self._greeted = False  # the close salutation has begun: nearness is welcome
         self._life = self._decide()
 
@@ -168,6 +173,7 @@ class ReactingPerson:
         for attempt in range(2 if own.again else 1):
             if attempt and self._sight.away < FINAL:
                 break  # now they are there sooner than they have waved again
+            self._saluting = True
             self._look_at_robot()
             self.actor.act(Smile(own.smile))
             if not walking:
@@ -182,13 +188,14 @@ class ReactingPerson:
             end = shown.end - (shown.fall / 2 if shown.hands else 0.0)  # as labels have it
             waiting = not walking and own.waits
             while self.t < end or (waiting and self.t < end + own.patience):
-                if not walking and self._stage is Phase.APP:
+                if not walking and self._stage in (Phase.APP, Phase.FA):
                     self._stage = Phase.DS  # standing, they are in it until it is answered
                 if self._note_answer(Phase.DS, since) and self.t >= end:
                     break
                 yield from self._tick(walk=walking)
             if self._stage is Phase.DS:
                 self._stage = Phase.APP
+            self._saluting = False
             # 2.1.3: half of the salutations early in the approach, never those in the final one.
             if not attempt and self._sight.away > FINAL + 0.5 and rng.random() < own.dips:
                 dip = self._make(self._draw(Phase.HD, math.log(0.5), 0.3))
@@ -324,11 +331,25 @@ class ReactingPerson:
             self.actor.act(WalkTo(*goal))
         else:
             self.actor.act(Stand())
-        averted = self.phase is Phase.APP and own.aversion > 0
-        away = own.aversion if averted else 0.0
+        self._set_off()
+        away = 0.0 if self._saluting or self.phase is not Phase.APP else own.aversion
         self._look_at_robot(0.3 * away, 0.8 * away)
         smiling = self.phase in (Phase.DS, Phase.FA, Phase.CS)
         self.actor.act(Smile(own.smile if smiling else min(1.0, own.smile)))
+
+    def _set_off(self) -> None:
+        """Into the approach, or straight into the final one where there is hardly any way before.
+
+        What tells the final approach is the look and the smile that come back (2.1.5): whoever
+        has not the time to take them away, as after a salutation not far from there, keeps them.
+        """
+        if self.phase is not Phase.APP:
+            self._under_way = False
+        elif not self._under_way:
+            self._under_way = True
+            left = self._sight.away - FINAL
+            if left < _AVERTED * (self.temperament.speed + max(0.0, self._sight.coming_at)):
+                self._stage = Phase.FA
 
     def _crowded(self) -> bool:
         if self._sight.away < self.temperament.comfort:
