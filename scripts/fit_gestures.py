@@ -28,19 +28,21 @@ from kendon.simulation.sensors import draw_sensor
 MADE_OF = {
     "wave": ("wave", "raise"),
     "handshake": ("handshake", "hug"),
-    "nod": ("nod", "toss"),
+    "nod": ("nod",),
+    "toss": ("toss",),
     "dip": ("dip",),
     "dip_of_pitch": ("dip",),
     "bow": ("bow",),
 }
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
-#: in two of three, a handshake 1.7 s in three of four, nods or tosses 0.6 s in one of three, a
+#: in two of three, a handshake 1.7 s in three of four, nods and tosses 0.6 s in one of six each, a
 #: dip 0.6 s in every second (thesis 2.1.3), a bow 1.4 s in one of ten. A hand's share is half.
 PRIORS = {
     "wave": 0.055,
     "handshake": 0.08,
-    "nod": 0.025,
+    "nod": 0.0125,
+    "toss": 0.0125,
     "dip": 0.04,
     "dip_of_pitch": 0.04,
     "bow": 0.02,
@@ -86,6 +88,9 @@ def examples(
     rows: dict[str, list[tuple[Sequence[float], float]]] = {name: [] for name in MADE_OF}
 
     def add(name: str, evidence: Sequence[float], moves: list[Movement], t: float) -> None:
+        other = [m for m in moves if m.kind in BEATS and m.kind != name]
+        if name in BEATS and any(shown(m, t) != 0 for m in other):
+            return  # nobody needs to tell a nod from a toss
         does = sum(shown(m, t) for m in moves if m.kind in MADE_OF[name])
         if not math.isnan(does):
             rows[name].append((evidence, does))
@@ -99,7 +104,7 @@ def examples(
                     moves = [m for m in person.movements if side in m.hands]
                     add("wave", hand[0], moves, t)
                     add("handshake", hand[1], moves, t)
-            for name in ("nod", "dip", "bow"):
+            for name in ("nod", "toss", "dip", "bow"):
                 evidence = getattr(found, name)
                 if evidence:
                     add(name, evidence, list(person.movements), t)

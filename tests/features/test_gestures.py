@@ -325,6 +325,33 @@ def test_a_hand_that_talks_goes_out_and_back_where_one_that_greets_stays(
     assert (goes["csal"][back] < 0.5).all()
 
 
+@pytest.mark.parametrize("distance", [1.0, 4.0])
+def test_a_hand_of_somebody_who_has_talked_with_it_near_by_greets_less_surely(
+    distance: float,
+) -> None:
+    """Beats before the belly for five seconds, a rest, and then a hand is held out, or raised."""
+    belly = np.array([0.25, 0.0, -0.30])
+
+    def moves(talks: bool, to: tuple[float, float, float]) -> Track:
+        def wrist(t: FloatArray) -> FloatArray:
+            beat = 0.12 * np.sin(2 * math.pi * 1.2 * t)
+            before = np.tile(belly, (len(t), 1)) + np.stack([beat, beat, beat], axis=1)
+            down = np.tile([0.05, -0.045, -ARM - FOREARM], (len(t), 1))
+            rests = risen(t, 5.0) if talks else np.ones_like(t)
+            talk = before + rests[:, None] * (down - before)
+            return talk + risen(t, 6.0, 0.4)[:, None] * (np.array(to) - talk)
+
+        return body(30.0, 7.2, distance, right_wrist=wrist)
+
+    for name, to in (("handshake", (0.42, 0.0, -0.15)), ("wave", (0.10, -0.2, 0.30))):
+        after, alone = (detected(moves(talks, to)) for talks in (True, False))
+        late = alone["t"] > 6.4
+        if distance < 2.0:
+            assert (after[name] < alone[name] - 0.01)[late].all()
+        elif name == "wave":  # who is far talks to nobody
+            assert after[name][late] == pytest.approx(alone[name][late], abs=0.02)
+
+
 def test_a_wrist_in_its_own_shoulder_waves_to_nobody() -> None:
     """No elbow bends so far: something else is taken for the hand."""
 

@@ -47,6 +47,7 @@ class Body:
     elbow: float = 0.25  # [rad], how far the elbows bend when the arms hang
     stoop: float = 0.03  # [rad], how far the trunk leans forward
     sway: float = 1.0  # of a standing person, as a share of the usual
+    bob: float = 0.02  # [rad], how far the head pitches each way at usual steps
     phase: float = 0.0  # [rad], where in their sway they are at time 0
 
     def __post_init__(self) -> None:
@@ -135,6 +136,7 @@ def draw_body(rng: np.random.Generator, stature: float | None = None) -> Body:
         elbow=float(rng.uniform(0.12, 0.5)),
         stoop=float(rng.uniform(-0.02, 0.10)),
         sway=float(rng.uniform(0.4, 1.6)),
+        bob=float(rng.spawn(1)[0].uniform(0.0, 0.05)),
         phase=float(rng.uniform(0, 2 * math.pi)),
     )
 

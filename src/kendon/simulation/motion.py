@@ -159,7 +159,10 @@ def move_now(
                 mid_z - fore * tilted + up * up_z,
             )
         joints[hip] = (x + sign * hip_x, y + sign * hip_y, z)
-    rotation = pitched(look, pose.head)
+    # Heads pitch at every step, at some by more than at others, by a degree or two each way,
+    # against the body's rise and fall (Hirasaki et al. 1999).
+    bob = body.bob * (1 + 0.6 * sin(1.7 * steps + body.phase))
+    rotation = pitched(look, pose.head + bob * (passing * passing - legs * legs))
     neck = body.neck
     face_x, face_y, face_z = turn(rotation, *body.face)
     head = (

@@ -220,18 +220,23 @@ def _bow(rng: np.random.Generator, handed: str) -> Movement:
 def _handshake(rng: np.random.Generator, handed: str) -> Movement:
     """A hand held out [m above the floor], taken, and shaken 3 to 10 cm up and down.
 
-    The right hand, whichever is preferred, but for one person in fifty.
+    The right hand, whichever is preferred, but for one person in fifty; one in ten clasps the
+    other's hand with both.
     """
     rise, fall = rng.uniform(0.5, 0.9, 2).tolist()
     wait = float(rng.choice([0.0, rng.uniform(0.2, 2.0)]))
     rate = float(rng.uniform(2.0, 4.0))
     # The thesis (2.1.6): three up-down movements as a rule.
     strokes = max(2.0, round(rng.uniform(1.0, 2.2) * rate))
+    both = rng.spawn(1)[0]  # what else is drawn does not depend on it
+    hands, aside = "l" if rng.random() < 0.02 else "r", float(rng.uniform(-0.6, 0.1))
+    if both.random() < 0.1:
+        hands, aside = "lr", float(both.uniform(-1.0, -0.8))  # they meet before the middle
     return Movement(
         "handshake", 0.0, rise + wait + strokes / rate + fall, rise, fall,
-        hands="l" if rng.random() < 0.02 else "r", size=float(rng.uniform(0.03, 0.10)),
-        rate=rate, height=float(rng.uniform(0.97, 1.13)),
-        aside=float(rng.uniform(-0.6, 0.1)), lean=math.radians(rng.uniform(0, 12)), wait=wait,
+        hands=hands, size=float(rng.uniform(0.03, 0.10)),
+        rate=rate, height=float(rng.uniform(0.97, 1.13)), aside=aside,
+        lean=math.radians(rng.uniform(0, 12)), wait=wait,
     )  # fmt: skip
 
 

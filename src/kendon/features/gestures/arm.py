@@ -247,6 +247,14 @@ class Arm:
         """Whether the hand has been seen from an instant on."""
         return bool(self._t) and self._t[-1] >= since - ROUNDED
 
+    def stirs(self, end: float, arm: float) -> float:
+        """How far a hand that does not hang goes within `LAST` [arms], the farthest way."""
+        rows = [row for row in self.since(end - LAST) if row.up > HANGS * arm]
+        if len(rows) < 2:
+            return 0.0
+        columns = tuple(zip(*rows, strict=True))
+        return float(max(max(column) - min(column) for column in columns[:3])) / arm
+
     def swung(self, begin: float, end: float, arm: float) -> float:
         """How high the hand came within a stride and has left again [arms over the shoulder].
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from kendon.features.gestures.arm import ARM, Arm, shoulder_of
-from kendon.features.gestures.evidence import either, posterior
+from kendon.features.gestures.evidence import either, posterior, surer
 from kendon.features.gestures.hands import (
     NO_WAVE,
     HandshakeEvidence,
@@ -15,7 +15,9 @@ from kendon.features.gestures.hands import (
     hand_evidence,
     near_enough,
 )
-from kendon.features.gestures.head import DipEvidence, Head, NodEvidence
+from kendon.features.gestures.head import DipEvidence, Head
+from kendon.features.gestures.nods import NodEvidence, TossEvidence
+from kendon.features.gestures.talk import Talk
 from kendon.features.gestures.trunk import BowEvidence, Trunk
 from kendon.features.gestures.weights import WEIGHTS
 from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
@@ -24,6 +26,8 @@ from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 SLOWNESS = 5.0
 #: From this probability on a wave may have begun; two to four times what it usually is.
 BEGUN = 0.2
+#: From this on hands greet, and do not talk.
+READ = 0.5
 #: A hand that is up again so soon goes on with the same wave [s]; ours.
 PAUSE = 0.7
 
@@ -49,6 +53,7 @@ class Evidence(NamedTuple):
 
     hands: tuple[tuple[WaveEvidence, HandshakeEvidence] | None, ...]  # left and right
     nod: NodEvidence | None
+    toss: TossEvidence | None
     dip: DipEvidence | None
     bow: BowEvidence | None
 
@@ -69,14 +74,14 @@ class GestureDetector:
 
     def __init__(self) -> None:
         self._left, self._right = Arm(), Arm()
-        self._head, self._trunk = Head(), Trunk()
+        self._head, self._trunk, self._talk = Head(), Trunk(), Talk()
         self._arm = ARM  # [m], the arms' length
         self._begun = math.nan  # how surely close the wave began that goes on
         self._waved = -math.inf  # when it was last seen [s]
 
     def clear(self) -> None:
         """The person has been lost: forget everything."""
-        for part in (self._left, self._right, self._head, self._trunk):
+        for part in (self._left, self._right, self._head, self._trunk, self._talk):
             part.clear()
         self._arm, self._begun, self._waved = ARM, math.nan, -math.inf
 
@@ -115,19 +120,21 @@ class GestureDetector:
             self._arm += (sum(lengths) / len(lengths) - self._arm) / SLOWNESS
         aside = self._aside(end, since)
         hands = tuple(
-            hand_evidence(one, other, end, since, self._arm, distance, aside)
+            hand_evidence(one, other, self._talk, end, since, self._arm, distance, aside)
             if one.seen(since)
             else None
             for one, other in arms
         )
+        if any(one.seen(since) for one, _ in arms):
+            self._talk.add(end, (self._left, self._right), self._arm, distance)
         flexion, bow = math.nan, None
         if self._trunk.seen(since):
             flexion = self._trunk.flexion(end, since)
             bow = self._trunk.evidence(end, since, flexion)
-        dip, nod = None, None
+        dip, nod, toss = None, None, None
         if self._head.seen(since):
-            dip, nod = self._head.evidence(end, since, flexion)
-        return Evidence(hands, nod, dip, bow)
+            dip, nod, toss = self._head.evidence(end, since, flexion)
+        return Evidence(hands, nod, toss, dip, bow)
 
     def _aside(self, end: float, since: float) -> float:
         """How far from the robot the head is turned, or the chest if that is less [rad].
@@ -147,14 +154,20 @@ class GestureDetector:
         """
         found = self.evidence(end, since, distance)
         hands = [hand for hand in found.hands if hand]
-        wave = either(
+        # What both hands do they do together: two of them are no two greetings.
+        wave = surer(
             *[
                 _HANGING if hand[0] is NO_WAVE else posterior(hand[0], WEIGHTS.wave)
                 for hand in hands
             ]
         )
-        handshake = either(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
-        nod = posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan
+        handshake = surer(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
+        if wave > READ or handshake > READ:
+            self._talk.greeted(end)
+        nod = either(
+            posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan,
+            posterior(found.toss, WEIGHTS.toss) if found.toss else math.nan,
+        )
         dip = _dipped(found.dip) if found.dip else math.nan
         bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
         others = either(bow, nod)

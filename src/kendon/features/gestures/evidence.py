@@ -70,6 +70,15 @@ def logistic(odds: float) -> float:
     return 1.0 / (1.0 + math.exp(-odds))
 
 
+def surer(*probabilities: float) -> float:
+    """That one of things is so which mostly go together; of the known ones; NaN if none is known.
+
+    >>> surer(0.3, 0.4, math.nan)
+    0.4
+    """
+    return max((p for p in probabilities if p == p), default=math.nan)
+
+
 def either(*probabilities: float) -> float:
     """That at least one of independent things is so; of the known ones; NaN if none is known."""
     none, known = 1.0, False

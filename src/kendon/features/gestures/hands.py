@@ -40,6 +40,7 @@ from kendon.features.gestures.arm import (
 )
 from kendon.features.gestures.evidence import Weighing, logistic
 from kendon.features.gestures.series import quantile, spread, to_and_fro
+from kendon.features.gestures.talk import Talk
 
 #: Swings to and fro are looked for over so long: three strokes of a slow wave [s].
 SWINGS = 1.5
@@ -76,6 +77,7 @@ class WaveEvidence(NamedTuple):
     faces: float
     risen: float
     falls: float
+    talked: float
 
 
 class HandshakeEvidence(NamedTuple):
@@ -94,6 +96,7 @@ class HandshakeEvidence(NamedTuple):
     reaches: float
     reached: float
     taken_back: float
+    talked: float
 
 
 # Waves.
@@ -135,26 +138,35 @@ _PARTED = Row._fields.index("parted")
 
 #: Of a hand that hangs all is said.
 NO_WAVE = WaveEvidence(
-    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-)
+    HEIGHT.least, LASTING.least, UPRIGHT.least, 0.0, ALONE.least,
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+)  # fmt: skip
 
 
 def _no_handshake(near: float) -> HandshakeEvidence:
     """Of a hand that is not out."""
     return HandshakeEvidence(
         REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near,
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
 def hand_evidence(
-    hand: Arm, other: Arm, end: float, since: float, arm: float, distance: float, aside: float
+    hand: Arm,
+    other: Arm,
+    talk: Talk,
+    end: float,
+    since: float,
+    arm: float,
+    distance: float,
+    aside: float,
 ) -> tuple[WaveEvidence, HandshakeEvidence]:
     """What a hand does in an interval in which it is seen; asked of intervals in order.
 
     Args:
         hand: the arm.
         other: the other one.
+        talk: whether hands have been talking.
         end: of the interval [s].
         since: its first frame [s].
         arm: the arms' length [m].
@@ -167,7 +179,7 @@ def hand_evidence(
         return NO_WAVE, _no_handshake(near)
     parted = lately.columns[_PARTED][lately.now :]
     parts = PARTED.evidence(quantile(parted, 0.5) / arm, lately.noise_now)
-    asked = _Asked(hand, other, lately, end, arm, distance, parts, FACES.evidence(aside))
+    asked = _Asked(hand, other, talk, lately, end, arm, distance, parts, FACES.evidence(aside))
     return (
         _wave(asked) if lately.raised else NO_WAVE,
         _handshake(asked, near) if lately.out else _no_handshake(near),
@@ -179,6 +191,7 @@ class _Asked(NamedTuple):
 
     hand: Arm
     other: Arm
+    talk: Talk
     lately: Lately
     end: float  # of the interval [s]
     arm: float  # the arms' length [m]
@@ -189,7 +202,7 @@ class _Asked(NamedTuple):
 
 def _wave(asked: _Asked) -> WaveEvidence:
     """What speaks for a wave of a hand that has been up."""
-    hand, other, lately, end, arm, distance, parts, faces = asked
+    hand, other, talk, lately, end, arm, distance, parts, faces = asked
     ups, _, across, forearm, _, apart, opened, _ = lately.columns
     noise, noise_now, now, held = lately.noise, lately.noise_now, lately.now, lately.held
     rises = hand.speed(end, UP) / arm
@@ -242,6 +255,7 @@ def _wave(asked: _Asked) -> WaveEvidence:
         faces,
         RISEN.evidence(lately.up - usual, noise_now),
         FALLING.evidence(falls, OF_SPEED * noise),
+        talk.evidence(hand.low),
     )
 
 
@@ -252,7 +266,7 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
         asked: of what.
         near: the evidence of how near the person is.
     """
-    hand, _, lately, end, arm, distance, parts, faces = asked
+    hand, _, talk, lately, end, arm, distance, parts, faces = asked
     ups, towards = lately.columns[UP], lately.columns[TOWARD]
     noise, noise_now, out = lately.noise, lately.noise_now, towards[lately.held :]
     frayed = FRAYED * noise
@@ -285,6 +299,7 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
         REACHES.evidence(reaches, of_speed),
         REACHED.evidence(lately.toward - usual, noise_now),
         lowered if lowered < withdrawn else withdrawn,
+        talk.evidence(hand.back),
     )
 
 

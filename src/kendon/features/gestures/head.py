@@ -1,11 +1,10 @@
-"""Head tosses, nods and head dips: evidence from where the face points.
+"""Head dips: evidence from where the face points; and what a head does, for nods and tosses.
 
 The pitch is taken from the person's own recent way of holding the head, since cameras are
 mounted askew and people look at the ground while they walk. A dip goes down by more than twenty
 degrees within a third of a second and comes up within a second; the neck bends, not the trunk. Who
-looks down at something takes longer, stays there, and mostly turns the head meanwhile. A nod is
-small, quick and repeated; a toss goes up and comes back: both are told once the head is back, and
-not where it turns aside meanwhile. A bow is none of them: there the trunk takes the head along.
+looks down at something takes longer, stays there, and mostly turns the head meanwhile. A bow is
+none: there the trunk takes the head along.
 
 A head that bends takes the face down with it, by centimetres over the shoulders: that is seen
 from afar, too, where nobody can tell any more where a face points.
@@ -19,8 +18,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kendon.features.gestures.beats import LASTS, SMOOTH, beat, steps
+from kendon.features.gestures.beats import INEFFICIENCY, SMOOTH, Course, course_of
 from kendon.features.gestures.evidence import Weighing
+from kendon.features.gestures.nods import EXTREMES, Moves, NodEvidence, TossEvidence, nod_evidence
 from kendon.features.gestures.series import Series, quantile
 from kendon.geometry import Quaternion, Vec3, wrap_angle
 
@@ -56,21 +56,9 @@ LEVER = 0.12
 WALKING = math.radians(6)
 #: Who bows bends the neck, too: the pitch changes by so many times as much.
 NECK = 1.5
-#: What goes farther down is a dip, no nod; but who has looked to the ground comes farther up for a
-#: toss than the toss is high [rad].
-LOWEST_NOD, HIGHEST_TOSS = math.radians(24), math.radians(45)
 #: The noise that is assumed while there are too few frames to estimate it, of the pitch [rad] and
 #: of the face's height [m].
 PRIOR_NOISE, PRIOR_UNREST = math.radians(5), 0.01
-#: Standard error of a median over that of the mean, for normal noise.
-INEFFICIENCY = 1.25
-#: A beat turns so long after it began, and is over so long after that [s].
-HALF_BEAT = 0.35
-#: A beat is told for so long after it, and fades within so long [s].
-TOLD, FADES = 0.3, 0.3
-#: The middle of nine normal values lies so many standard deviations from the least of them, and
-#: what is before and behind it about as many the other way.
-EXTREMES = 2.0
 
 
 class DipEvidence(NamedTuple):
@@ -90,14 +78,6 @@ class DipEvidence(NamedTuple):
         return self[:-2]
 
 
-class NodEvidence(NamedTuple):
-    """What speaks for a nod or a toss."""
-
-    beat: float
-    bob: float
-    straight: float
-
-
 DOWN = Weighing(math.radians(15), math.radians(3.0), -4.0, 5.0)  # from the usual [rad]
 FLOOR = Weighing(math.radians(18), math.radians(5.0), -2.0, 2.0)  # from the horizontal [rad]
 TURNED = Weighing(math.radians(15), math.radians(-6.0), -2.0, 0.5)  # within half a second [rad]
@@ -106,9 +86,6 @@ ONSET = Weighing(math.radians(14), math.radians(3.0), -3.0, 3.0)  # steepest in 
 # Where the head is told by the middle of the skull it hardly sinks, however it bends.
 SUNK = Weighing(0.028, 0.006, -1.0, 6.0)  # of the face over the shoulders, from the usual [m]
 SANK = Weighing(0.026, 0.006, -1.0, 6.0)  # the same in 0.3 s, at its fastest [m]
-BEAT = Weighing(math.radians(5.0), math.radians(0.7), -3.0, 8.0)  # down or up, and back [rad]
-BOB = Weighing(0.008, 0.003, -1.0, 5.0)  # of the face over the shoulders, likewise [m]
-STRAIGHT = Weighing(math.radians(12), math.radians(-5.0), -3.0, 0.5)  # turned meanwhile [rad]
 
 
 class Head:
@@ -152,7 +129,7 @@ class Head:
 
     def evidence(
         self, end: float, since: float, flexion: float
-    ) -> tuple[DipEvidence, NodEvidence | None]:
+    ) -> tuple[DipEvidence, NodEvidence | None, TossEvidence | None]:
         """What the head does in an interval in which it is seen.
 
         Args:
@@ -161,20 +138,22 @@ class Head:
             flexion: how far the trunk is bent forward from its usual way; NaN when unknown [rad].
 
         Returns:
-            No evidence of a nod where nobody can tell where the face points.
+            No evidence of a nod or toss where nobody can tell where the face points.
         """
         taken_along = NECK * (flexion - WALKING) if flexion > WALKING else 0.0
-        heights, unrest = steps(self._over, end), self._unrest(end)
-        sunk = self._sunk(end, since, heights, unrest, LEVER * math.sin(taken_along))
+        unrest = self._unrest(end)
+        heights = course_of(self._over, end, unrest)
+        sinking = Course([-height for height in heights.steps], heights.error)
+        sunk = self._sunk(end, since, sinking.steps, unrest, LEVER * math.sin(taken_along))
         if not self._pitch.seen(since):
-            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None
+            return DipEvidence(math.nan, math.nan, math.nan, math.nan, math.nan, *sunk), None, None
         jitter = self._pitch.jitter(end - QUIET)
         noise = jitter if jitter == jitter else PRIOR_NOISE
         begin = end - NOW - LONGER * min(1.0, noise / NOISY)
         pitches = self._pitch.since(begin) or self._pitch.since(since)
         noise_now = INEFFICIENCY * noise / math.sqrt(len(pitches))
-        usual = self._pitch.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        unsure = noise_now
+        level = self._pitch.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
+        usual, unsure = level, noise_now
         if usual != usual:
             usual, unsure = 0.0, math.hypot(noise_now, UNSURE)
         pitch = quantile(pitches, 0.5)
@@ -182,8 +161,7 @@ class Head:
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
         yaws = self._yaw.since(begin) or self._yaw.since(since)
         turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
-        course = steps(self._pitch, end)
-        unsure_step = noise * _error_of_step(self._pitch, course, end)
+        course = course_of(self._pitch, end, noise)
         # Noise alone turns a head by so much.
         unsure_turn = math.sqrt(2.0) * noise_now
         dip = DipEvidence(
@@ -193,33 +171,31 @@ class Head:
             BRIEF.evidence(before - usual, unsure),
             _while_down(
                 ONSET.evidence(
-                    _steepest(course, STEPS_DOWN) - taken_along - EXTREMES * unsure_step,
-                    math.sqrt(2.0) * unsure_step,
+                    _steepest(course.steps, STEPS_DOWN) - taken_along - EXTREMES * course.error,
+                    math.sqrt(2.0) * course.error,
                 ),
-                course,
-                unsure_step,
+                course.steps,
+                course.error,
             ),
             *sunk,
         )
-        nods = beat(course, LOWEST_NOD, HIGHEST_TOSS)
-        turn = end - nods.ago * SMOOTH
-        nod = NodEvidence(
-            _fading(BEAT.evidence(nods.size - EXTREMES * unsure_step, unsure_step), nods.over),
-            self._bob(end, heights, unrest),
-            STRAIGHT.evidence(self._yaw.range(turn - HALF_BEAT, turn + HALF_BEAT), 2.0 * noise),
-        )
-        return dip, nod
+        return dip, *nod_evidence(Moves(end, self._pitch, course, noise, level, self._yaw, sinking))
+
+    def _unrest(self, end: float) -> float:
+        """The noise of the face's height over the shoulders, from frame to frame [m]."""
+        jitter = self._over.jitter(end - QUIET)
+        return jitter if jitter == jitter else PRIOR_UNREST
 
     def _sunk(
-        self, end: float, since: float, course: Sequence[float], noise: float, along: float
+        self, end: float, since: float, sinking: Sequence[float], noise: float, along: float
     ) -> tuple[float, float]:
         """The evidence that the face sinks, and is sunk; NaN when unknown.
 
         Args:
             end: of the interval [s].
             since: its first frame [s].
-            course: steps of its height over the shoulders [m].
-            noise: of that height, from frame to frame [m].
+            sinking: steps of its height over the shoulders, downward [m].
+            noise: of that, from frame to frame [m].
             along: how far the trunk takes it [m].
         """
         if not self._over.seen(since):
@@ -231,30 +207,13 @@ class Head:
             noise * INEFFICIENCY / math.sqrt(len(heights)), 0.5 * self._breadth.wander(end - UNREST)
         )
         usual = self._over.usual(end - HELD_FROM, end - HELD_UNTIL, HELD_LEAST)
-        down = [-height for height in course]
-        sank = _steepest(down, STEPS_SINKING)
+        sank = _steepest(sinking, STEPS_SINKING)
         return (
             SUNK.evidence(usual - quantile(heights, 0.5) - along, noise),
-            _while_down(SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise), down, noise),
+            _while_down(
+                SANK.evidence(sank - along - noise, math.sqrt(2.0) * noise), sinking, noise
+            ),
         )
-
-    def _unrest(self, end: float) -> float:
-        """The noise of the face's height over the shoulders, from frame to frame [m]."""
-        jitter = self._over.jitter(end - QUIET)
-        return jitter if jitter == jitter else PRIOR_UNREST
-
-    def _bob(self, end: float, course: Sequence[float], unrest: float) -> float:
-        """The evidence that the face goes down or up and back; NaN when unknown."""
-        noise = unrest * _error_of_step(self._over, course, end)
-        bob = beat(course)
-        return _fading(BOB.evidence(bob.size - EXTREMES * noise, noise), bob.over)
-
-
-def _error_of_step(series: Series, course: Sequence[float], end: float) -> float:
-    """The standard error of a step, of values whose noise is 1."""
-    # Of a source slower than a beat there are no steps, nor what they would be made of.
-    seen = max(1, len(series.since(end - LASTS - SMOOTH)))
-    return INEFFICIENCY * math.sqrt(len(course) / seen)
 
 
 def _latest(course: Sequence[float]) -> Sequence[float]:
@@ -284,18 +243,6 @@ def _while_down(favour: float, course: Sequence[float], noise: float) -> float:
     if not back > 0.0:
         return favour
     return favour * min(1.0, max(0.0, 2.0 * (1.0 - back / way / UP_AGAIN)))
-
-
-def _fading(favour: float, over: int) -> float:
-    """What speaks for a beat is told once: it counts for a while after, and then no more.
-
-    Args:
-        favour: the evidence; NaN when unknown.
-        over: how many steps ago the beat was back.
-    """
-    if not favour > 0.0:
-        return favour  # NaN stays NaN
-    return favour * min(1.0, max(0.0, 1.0 - (over * SMOOTH - TOLD) / FADES))
 
 
 def _above(value: float) -> float:

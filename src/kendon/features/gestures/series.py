@@ -18,11 +18,16 @@ MEDIAN, QUARTILE = 0.6745, 0.3186
 
 
 class Series:
-    """Known values with their stamps over the latest seconds, the oldest first."""
+    """Known values with their stamps over the latest seconds, the oldest first.
 
-    __slots__ = ("t", "values")
+    Args:
+        kept: for how long at least [s].
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("kept", "t", "values")
+
+    def __init__(self, kept: float = KEPT) -> None:
+        self.kept = kept  # so long at least [s]
         self.t: list[float] = []  # [s]
         self.values: list[float] = []
 
@@ -36,8 +41,8 @@ class Series:
         if value != value:  # NaN is unequal to itself
             return
         stamps = self.t
-        if stamps and t - stamps[0] > 2 * KEPT:
-            old = bisect_left(stamps, t - KEPT)
+        if stamps and t - stamps[0] > 2 * self.kept:
+            old = bisect_left(stamps, t - self.kept)
             del stamps[:old], self.values[:old]
         stamps.append(t)
         self.values.append(value)

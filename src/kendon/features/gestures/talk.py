@@ -1,0 +1,46 @@
+"""Whether somebody near has been talking with their hands: then one that is up mostly talks on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kendon.features.gestures.arm import Arm
+from kendon.features.gestures.evidence import Weighing
+from kendon.features.gestures.series import Series
+
+#: Who is farther off talks to nobody [m]: the near phase of social distance (Hall 1966).
+NEAR = 2.1
+#: So long before a gesture is looked at, and so much of that must be known [s].
+BEFORE, LEAST = 6.0, 2.0
+#: A hand that goes so far in a while talks, one that goes half as far is in between [arms].
+BEAT = 0.25
+
+TALKED = Weighing(0.25, -0.10, -6.0, 0.5)  # share of the time in which hands have stirred
+
+
+class Talk:
+    """How much a person's hands have stirred over the latest seconds, near by."""
+
+    def __init__(self) -> None:
+        self._stirred = Series(kept=2 * BEFORE)  # gestures last for some seconds, too
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._stirred.clear()
+
+    def add(self, end: float, arms: Sequence[Arm], arm: float, distance: float) -> None:
+        """Take in what hands do in an interval; its end [s], the arms' length and distance [m]."""
+        if distance < NEAR:
+            self._stirred.add(end, min(1.0, max(one.stirs(end, arm) for one in arms) / BEAT))
+
+    def greeted(self, end: float) -> None:
+        """The hands have greeted in the interval that ended then [s]: that was no talk."""
+        if self._stirred.seen(end):
+            self._stirred.values[-1] = 0.0
+
+    def evidence(self, begin: float) -> float:
+        """What the time before a gesture that began at an instant says; NaN when unknown."""
+        stirred = self._stirred.between(begin - BEFORE, begin)
+        if len(stirred) < 2 or begin - self._stirred.t[0] < LEAST:
+            return float("nan")
+        return TALKED.evidence(sum(stirred) / len(stirred))
