@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -158,8 +159,9 @@ def main() -> None:
     fitted = {name: fit(*of, PRIORS[name]) for name, of in examples(people).items()}
     print("WEIGHTS = Weights(")
     for name in Weights._fields:
-        print(f"    {name}={fitted[name]},")
-    print(")")
+        row = f"{name}={fitted[name]},"
+        print(textwrap.fill(row, 95, initial_indent="    ", subsequent_indent="        "))
+    print(")  # fmt: skip")
 
 
 if __name__ == "__main__":
