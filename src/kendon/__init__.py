@@ -7,8 +7,8 @@ observations = kendon.observe(track)
 model = kendon.load_model("kendon")
 print(model.filter(observations.values))  # P(phase) after each observation
 
-All that is offered is in `kendon.public`. It takes half a second to import, which is done when the
-first of it is asked for: until then the command line could answer no interrupt.
+All that is offered is in `kendon.public`. It takes half a second to import, in which the command
+line could answer no interrupt; so that is done when the first of it is asked for.
 """
 
 from importlib import import_module

@@ -339,7 +339,7 @@ def test_a_hand_of_somebody_who_has_talked_with_it_near_by_greets_less_surely(
             down = np.tile([0.05, -0.045, -ARM - FOREARM], (len(t), 1))
             rests = risen(t, 5.0) if talks else np.ones_like(t)
             talk = before + rests[:, None] * (down - before)
-            return talk + risen(t, 6.0, 0.4)[:, None] * (np.array(to) - talk)
+            return np.asarray(talk + risen(t, 6.0, 0.4)[:, None] * (np.array(to) - talk))
 
         return body(30.0, 7.2, distance, right_wrist=wrist)
 

@@ -228,7 +228,7 @@ def _handshake(rng: np.random.Generator, handed: str) -> Movement:
     rate = float(rng.uniform(2.0, 4.0))
     # The thesis (2.1.6): three up-down movements as a rule.
     strokes = max(2.0, round(rng.uniform(1.0, 2.2) * rate))
-    both = rng.spawn(1)[0]  # what else is drawn does not depend on it
+    both = rng.spawn(1)[0]  # what else is drawn here does not depend on it
     hands, aside = "l" if rng.random() < 0.02 else "r", float(rng.uniform(-0.6, 0.1))
     if both.random() < 0.1:
         hands, aside = "lr", float(both.uniform(-1.0, -0.8))  # they meet before the middle

@@ -31,8 +31,8 @@ from kendon.simulation.temperaments import Temperament
 #: reactions take 0.2 to 0.4 s (Woodworth & Schlosberg 1954).
 RATE = 10.0
 REACTION = 0.3
-#: Nobody looks away for a moment only: so long people do who listen to somebody (Andrist et al.
-#: 2014) [s].
+#: Nobody looks away for a moment only: listeners do for so long on average [s] (Andrist et al.
+#: 2014).
 _AVERTED = 1.14
 #: Who salutes with the head looks at the robot first, for so long at most [s]; ours.
 _FIRST_LOOK = 0.8
@@ -194,7 +194,7 @@ class ReactingPerson:
                     break
                 yield from self._tick(walk=walking)
             if self._stage is Phase.DS:
-                self._stage = Phase.APP
+                self._stage, self._under_way = Phase.APP, False
             self._saluting = False
             # 2.1.3: half of the salutations early in the approach, never those in the final one.
             if not attempt and self._sight.away > FINAL + 0.5 and rng.random() < own.dips:

@@ -59,8 +59,9 @@ GAP = 0.2
 #: How far a hand usually comes is asked of so long before the last `LAST`, most of a stride [s].
 USUAL = 1.0
 #: No hand gestures faster [m/s], nor is it misplaced by more from frame to frame [m]: what goes
-#: farther at once is not the hand, or was not.
-FASTEST, MISPLACED = 6.0, 0.15
+#: farther at once is not the hand, or was not. Where the other shoulder stands in for a lost one,
+#: that moves all hands by a shoulder's breadth.
+FASTEST, MISPLACED = 6.0, 0.30
 #: A hand that has leapt is believed in where it stays for so many frames; single ones are taken
 #: for something else.
 BELIEVED = 3
@@ -113,7 +114,7 @@ class Arm:
     def __init__(self) -> None:
         self._t: list[float] = []  # [s]
         self._rows: list[Row] = []
-        self._place = UNKNOWN_POINT  # of the wrist from its shoulder [m], in the latest row
+        self._place = UNKNOWN_POINT  # of the wrist from its shoulder [m], in the last row kept
         self._leapt: list[tuple[float, Vec3, Row]] = []  # rows that are not believed yet
         self.clear()
 
@@ -166,7 +167,11 @@ class Arm:
         )
 
     def _take(self, t: float, place: Vec3, row: Row) -> None:
-        """Keep a row; of a hand that has leapt once it stays, and then nothing of before."""
+        """Keep a row.
+
+        Rows after a leap wait until the hand has stayed there for `BELIEVED` frames; then all that
+        was before is dropped.
+        """
         stamps, leapt = self._t, self._leapt
         last = leapt[-1][0] if leapt else stamps[-1] if stamps else t
         if stamps and leaps(self._place, place, t - last):
@@ -248,12 +253,13 @@ class Arm:
         return bool(self._t) and self._t[-1] >= since - ROUNDED
 
     def stirs(self, end: float, arm: float) -> float:
-        """How far a hand that does not hang goes within `LAST` [arms], the farthest way."""
+        """How far a hand that does not hang goes within `LAST` beyond its noise [arms]."""
         rows = [row for row in self.since(end - LAST) if row.up > HANGS * arm]
         if len(rows) < 2:
             return 0.0
         columns = tuple(zip(*rows, strict=True))
-        return float(max(max(column) - min(column) for column in columns[:3])) / arm
+        farthest = max(quantile(way, 0.9) - quantile(way, 0.1) for way in columns[:3])
+        return max(0.0, farthest - TENTHS * change(columns[BONES])) / arm
 
     def swung(self, begin: float, end: float, arm: float) -> float:
         """How high the hand came within a stride and has left again [arms over the shoulder].

@@ -45,7 +45,7 @@ class Course(NamedTuple):
 
 
 def course_of(series: Series, end: float, noise: float) -> Course:
-    """Values step by step.
+    """Values step by step; steps in which there is none, of a slow source, are left out.
 
     Args:
         series: of the values.

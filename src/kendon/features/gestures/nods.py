@@ -32,7 +32,8 @@ LOWEST_NOD, HIGHEST_TOSS = math.radians(24), math.radians(45)
 HALF_BEAT = 0.35
 #: A beat is told for so long after it, and fades within so long [s].
 TOLD, FADES = 0.3, 0.3
-#: Nods are quicker than looks, which take so long; so much of them tells them [s].
+#: What is slower than a nod is the mean over so long; what is left of it is looked at over so long
+#: [s].
 SLOW, NODS = 0.3, 0.45
 #: The middle of nine normal values lies so many standard deviations from the least of them, and
 #: what is before and behind it about as many the other way.

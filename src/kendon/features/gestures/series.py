@@ -27,7 +27,7 @@ class Series:
     __slots__ = ("kept", "t", "values")
 
     def __init__(self, kept: float = KEPT) -> None:
-        self.kept = kept  # so long at least [s]
+        self.kept = kept
         self.t: list[float] = []  # [s]
         self.values: list[float] = []
 
@@ -82,8 +82,14 @@ class Series:
         return 0.5 * (ordered[-1 - sixth] - ordered[sixth]) if ordered else math.nan
 
     def range(self, begin: float, end: float) -> float:
-        """What most of the values between two instants lie within: from tenth to tenth."""
+        """What most of the values between two instants lie within: from tenth to tenth.
+
+        Returns:
+            NaN of fewer than three values.
+        """
         values = self.between(begin, end)
+        if len(values) < 3:
+            return math.nan
         return quantile(values, 0.9) - quantile(values, 0.1)
 
     def jitter(self, begin: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from kendon.features.gestures.arm import Arm
@@ -13,7 +14,9 @@ NEAR = 2.1
 #: So long before a gesture is looked at, and so much of that must be known [s].
 BEFORE, LEAST = 6.0, 2.0
 #: A hand that goes so far in a while talks, one that goes half as far is in between [arms].
-BEAT = 0.25
+STIRS = 0.25
+#: Intervals are mostly so long [s].
+PERIOD = 0.2
 
 TALKED = Weighing(0.25, -0.10, -6.0, 0.5)  # share of the time in which hands have stirred
 
@@ -31,7 +34,7 @@ class Talk:
     def add(self, end: float, arms: Sequence[Arm], arm: float, distance: float) -> None:
         """Take in what hands do in an interval; its end [s], the arms' length and distance [m]."""
         if distance < NEAR:
-            self._stirred.add(end, min(1.0, max(one.stirs(end, arm) for one in arms) / BEAT))
+            self._stirred.add(end, min(1.0, max(one.stirs(end, arm) for one in arms) / STIRS))
 
     def greeted(self, end: float) -> None:
         """The hands have greeted in the interval that ended then [s]: that was no talk."""
@@ -41,6 +44,6 @@ class Talk:
     def evidence(self, begin: float) -> float:
         """What the time before a gesture that began at an instant says; NaN when unknown."""
         stirred = self._stirred.between(begin - BEFORE, begin)
-        if len(stirred) < 2 or begin - self._stirred.t[0] < LEAST:
-            return float("nan")
+        if len(stirred) * PERIOD < LEAST:
+            return math.nan
         return TALKED.evidence(sum(stirred) / len(stirred))
