@@ -35,6 +35,8 @@ MADE_OF = {
     "dip_of_pitch": ("dip",),
     "bow": ("bow",),
 }
+#: The greetings of hands, which are no talk.
+HANDS = MADE_OF["wave"] + MADE_OF["handshake"]
 #: How often a gesture is seen in an interval of a greeting: how long it lasts (as drawn there)
 #: times the share of greetings that have it, of the eight seconds a greeting takes. A wave 1.3 s
 #: in two of three, a handshake 1.7 s in three of four, nods and tosses 0.6 s in one of six each, a
@@ -100,6 +102,8 @@ def examples(
         detector = GestureDetector()
         for question, t in watch(track, detector):
             found = detector.evidence(*question)
+            if any(shown(m, t) == 1 for m in person.movements if m.kind in HANDS):
+                detector.greeted(question.end)
             for side, hand in zip("lr", found.hands, strict=True):
                 if hand:
                     moves = [m for m in person.movements if side in m.hands]

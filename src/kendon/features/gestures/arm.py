@@ -145,16 +145,12 @@ class Arm:
         lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
         toward, across = -(dx * sx + dy * sy) / way, (dx * sy - dy * sx) / way
         bones = lower + math.sqrt(bx * bx + by * by + bz * bz)
-        place = (dx, dy, up)
         if up < HANGING:
-            self._take(t, place, Row(up, toward, across, -1.0, bones, math.nan, math.nan, math.nan))
-            return
-        beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
-        ox, oy, oz = ox - wx, oy - wy, oz - wz
-        self._take(
-            t,
-            place,
-            Row(
+            row = Row(up, toward, across, -1.0, bones, math.nan, math.nan, math.nan)
+        else:
+            beside, above = ((wx - hx) * sy - (wy - hy) * sx) / way, wz - hz
+            ox, oy, oz = ox - wx, oy - wy, oz - wz
+            row = Row(
                 up,
                 toward,
                 across,
@@ -163,8 +159,8 @@ class Arm:
                 math.sqrt(beside * beside + above * above),
                 math.sqrt(dx * dx + dy * dy + up * up),
                 math.sqrt(ox * ox + oy * oy + oz * oz),
-            ),
-        )
+            )
+        self._take(t, (dx, dy, up), row)
 
     def _take(self, t: float, place: Vec3, row: Row) -> None:
         """Keep a row.

@@ -136,6 +136,10 @@ class GestureDetector:
             dip, nod, toss = self._head.evidence(end, since, flexion)
         return Evidence(hands, nod, toss, dip, bow)
 
+    def greeted(self, end: float) -> None:
+        """The hands have greeted in the interval that ended then [s]; it is asked about already."""
+        self._talk.greeted(end)
+
     def _aside(self, end: float, since: float) -> float:
         """How far from the robot the head is turned, or the chest if that is less [rad].
 
@@ -163,7 +167,7 @@ class GestureDetector:
         )
         handshake = surer(*[posterior(hand[1], WEIGHTS.handshake) for hand in hands])
         if wave > READ or handshake > READ:
-            self._talk.greeted(end)
+            self.greeted(end)
         nod = either(
             posterior(found.nod, WEIGHTS.nod) if found.nod else math.nan,
             posterior(found.toss, WEIGHTS.toss) if found.toss else math.nan,

@@ -11,12 +11,10 @@ from kendon.features.gestures.series import Series
 
 #: Who is farther off talks to nobody [m]: the near phase of social distance (Hall 1966).
 NEAR = 2.1
-#: So long before a gesture is looked at, and so much of that must be known [s].
-BEFORE, LEAST = 6.0, 2.0
+#: So long before a gesture is looked at [s], and so much of that must be known [intervals].
+BEFORE, LEAST = 6.0, 10
 #: A hand that goes so far in a while talks, one that goes half as far is in between [arms].
 STIRS = 0.25
-#: Intervals are mostly so long [s].
-PERIOD = 0.2
 
 TALKED = Weighing(0.25, -0.10, -6.0, 0.5)  # share of the time in which hands have stirred
 
@@ -44,6 +42,6 @@ class Talk:
     def evidence(self, begin: float) -> float:
         """What the time before a gesture that began at an instant says; NaN when unknown."""
         stirred = self._stirred.between(begin - BEFORE, begin)
-        if len(stirred) * PERIOD < LEAST:
+        if len(stirred) < LEAST:
             return math.nan
         return TALKED.evidence(sum(stirred) / len(stirred))
