@@ -19,8 +19,9 @@ from kendon.features.proxemics import closing_speed
 
 #: The stretches a line may be laid through [s], the quickest first.
 WINDOWS = (0.2, 0.3, 0.4, 0.6)
-#: A slope whose standard error is below this is sure enough: a quarter of a walker's speed [m/s].
-SURE = 0.3
+#: A slope whose standard error is below this is sure enough: less than by what those who stand
+#: vary, so that it tells them from those who walk their last slow steps [m/s].
+SURE = 0.1
 #: One whose standard error is above this says nothing: nearly a walker's speed [m/s].
 UNSURE = 1.0
 #: So far back the noise is estimated from [s].
