@@ -47,6 +47,22 @@ def test_what_was_a_greeting_was_no_talk() -> None:
     assert talk.evidence(5.0) == TALKED.most
 
 
+def test_neither_was_the_way_to_it_but_what_was_before_hands_rested() -> None:
+    talk = Talk()
+    rests = STEADY[10]
+    for end in STEADY:
+        hands = (Arm() if end == rests else beating(end), Arm())
+        talk.add(end, hands, ARM, 1.0)
+    talk.greeted(STEADY[-1])
+    assert talk.evidence(rests) == TALKED.least
+    assert TALKED.least < talk.evidence(5.0) < TALKED.most
+    later = Talk()
+    for end in STEADY:
+        later.add(end, (Arm(), Arm()) if end == STEADY[0] else (beating(end), Arm()), ARM, 1.0)
+    later.greeted(STEADY[-1])
+    assert later.evidence(5.0) == TALKED.most
+
+
 def test_too_little_that_is_known_tells_nothing_also_where_somebody_was_there_long_ago() -> None:
     assert math.isnan(talk_of([1.0, 9.0, 9.2, 9.4], 1.0).evidence(9.6))
     few = STEADY[: LEAST - 1]

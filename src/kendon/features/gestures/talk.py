@@ -35,9 +35,17 @@ class Talk:
             self._stirred.add(end, min(1.0, max(one.stirs(end, arm) for one in arms) / STIRS))
 
     def greeted(self, end: float) -> None:
-        """The hands have greeted in the interval that ended then [s]: that was no talk."""
+        """The hands have greeted in the interval that ended then [s].
+
+        They were on their way before anyone could tell: all of their stirring up to now, since
+        they last rested, was no talk.
+        """
         if self._stirred.seen(end):
-            self._stirred.values[-1] = 0.0
+            values = self._stirred.values
+            last = len(values) - 1
+            while last >= 0 and values[last] > 0:
+                values[last] = 0.0
+                last -= 1
 
     def evidence(self, begin: float) -> float:
         """What the time before a gesture that began at an instant says; NaN when unknown."""
