@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import warnings
 
 import pytest
 
@@ -17,6 +18,16 @@ posix = pytest.mark.skipif(os.name == "nt", reason="processes see interrupts the
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_the_order_of_their_tasks(jobs: int) -> None:
     assert list(each(pow, [(i, 2) for i in range(7)], jobs)) == [i * i for i in range(7)]
+
+
+def test_who_stops_early_hears_no_warning_and_others_still_do() -> None:
+    filters = list(warnings.filters)
+    results = each(pow, ((i, 2) for i in range(100)), 2)
+    assert next(results) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        results.close()
+    assert list(warnings.filters) == filters
 
 
 def _blocked() -> bool:

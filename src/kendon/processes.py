@@ -30,13 +30,18 @@ def each(
         return
     from joblib import Parallel, delayed  # half a second: not for those who need none
 
-    # Whoever stops early, by an interrupt or otherwise, means to.
-    warnings.filterwarnings("ignore", r"\d+ tasks (which|have)", UserWarning, "joblib")
     with _uninterruptible():
         results = Parallel(n_jobs=jobs, return_as="generator")(
             delayed(work)(*task) for task in tasks
         )
-    yield from results
+    try:
+        for result in results:
+            yield result  # noqa: UP028 - "from" would close it before the filter is set
+    finally:
+        with warnings.catch_warnings():
+            # Whoever stops early, by an interrupt or otherwise, means to.
+            warnings.filterwarnings("ignore", r"\d+ tasks (which|have)", UserWarning, "joblib")
+            results.close()
 
 
 @contextlib.contextmanager

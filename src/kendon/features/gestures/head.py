@@ -125,7 +125,7 @@ class Head:
 
     def aside(self, end: float, since: float) -> float:
         """How far from the robot the face is turned [rad]; NaN when unknown."""
-        return abs(quantile(self._yaw.since(min(end - FACING, since)), 0.5))
+        return turned(self._yaw, end, since)
 
     def evidence(
         self, end: float, since: float, flexion: float
@@ -248,3 +248,8 @@ def _while_down(favour: float, course: Sequence[float], noise: float) -> float:
 def _above(value: float) -> float:
     """What is above zero of a value that may be unknown."""
     return 0.0 if value < 0.0 else value  # NaN stays NaN
+
+
+def turned(yaw: Series, end: float, since: float) -> float:
+    """How far from the robot a head or a chest is turned in an interval [rad]; NaN when unknown."""
+    return abs(quantile(yaw.since(min(end - FACING, since)), 0.5))

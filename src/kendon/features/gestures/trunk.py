@@ -10,13 +10,12 @@ import math
 from typing import NamedTuple
 
 from kendon.features.gestures.evidence import Weighing
+from kendon.features.gestures.head import turned
 from kendon.features.gestures.series import Series, change, quantile
 from kendon.geometry import Vec3
 
 #: The trunk now is the median of so long [s].
 NOW = 0.15
-#: Whom somebody faces is told by the median of so long [s].
-FACING = 0.4
 #: A person's usual way is the median from this long ago until this long ago [s].
 HELD_FROM, HELD_UNTIL = 3.0, 0.6
 #: So much must be known for that [s].
@@ -70,7 +69,7 @@ class Trunk:
 
     def aside(self, end: float, since: float) -> float:
         """How far from the robot the chest is turned [rad]; NaN when unknown."""
-        return abs(quantile(self._yaw.since(min(end - FACING, since)), 0.5))
+        return turned(self._yaw, end, since)
 
     def seen(self, since: float) -> bool:
         """Whether anything of it has been seen from an instant on."""
