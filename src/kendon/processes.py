@@ -35,8 +35,8 @@ def each(
             delayed(work)(*task) for task in tasks
         )
     try:
-        for result in results:
-            yield result  # noqa: UP028 - "from" would close it before the filter is set
+        for result in results:  # noqa: UP028 - "from" would close it before the filter is set
+            yield result
     finally:
         with warnings.catch_warnings():
             # Whoever stops early, by an interrupt or otherwise, means to.

@@ -132,6 +132,16 @@ def test_letting_time_pass_between_frames_changes_nothing(track: Track, tick: fl
     assert_same(done + sampler.advance(float(track.t[-1]) + TOLERANCE), track)
 
 
+@pytest.mark.parametrize("seed", [13, 18, 19, 45])
+def test_what_was_seen_while_keys_were_pressed_counts_alike_both_ways(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.15, 0.35, 80))
+    head, wrist = rng.uniform(-4, 4, (2, 80, 3))  # the hand seems to leap all the time
+    pressed = np.where((t < t[-1] - 1.0)[:, None], np.zeros((80, 3)), np.nan)
+    track = replace(walk(t), head=head, joints={"r_wrist": wrist}, gestures=pressed)
+    assert_same(stream(track), track)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_a_source_slower_than_a_beat_is_read_alike_both_ways(seed: int) -> None:
     rng = np.random.default_rng(seed)

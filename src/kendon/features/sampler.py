@@ -20,8 +20,7 @@ from itertools import pairwise
 
 from kendon.errors import ParameterError
 from kendon.features.gaze import blend, gaze_of_eyes, gaze_of_head
-from kendon.features.gestures import GestureDetector
-from kendon.features.gestures.series import KEPT
+from kendon.features.gestures import READ_BACK, GestureDetector
 from kendon.features.motion import Walk, median
 from kendon.geometry import Vec3
 from kendon.observations import Observation
@@ -42,9 +41,6 @@ ROUNDING = 1e-9
 _CARRY = 1.5
 #: From so many spacings the frame period of a source is estimated.
 SPACINGS = 9
-
-#: How far back the detector looks [s], in frames it has kept.
-_READ = 2 * KEPT
 
 #: One frame's distance, gaze, smile and three gestures.
 _Values = tuple[float, float, float, float, float, float]
@@ -184,7 +180,7 @@ class Sampler:
         """The gestures given by hand, completed by what the detector sees."""
         unread = self._unread
         if not any(map(math.isnan, given)):
-            while unread and unread[0].t < end - _READ:
+            while unread and unread[0].t < end - READ_BACK:
                 unread.popleft()
             return given
         for frame in unread:

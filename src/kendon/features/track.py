@@ -204,12 +204,14 @@ def _gestures(
     for track, its_ends in zip(tracks, ends, strict=True):
         its = slice(interval, interval + len(its_ends))
         seen = track.joints or np.isfinite(track.head_rotation).any()
-        if seen and np.isnan(gestures[:, its]).any():
+        asked = np.asarray(np.isnan(gestures[:, its]).any(axis=0))
+        if seen and asked.any():
             detector = GestureDetector()
-            asked = feed(
-                track, detector, starts[its] - frame, stops[its] - frame, its_ends, medians[0, its]
-            )
-            for k, question in enumerate(asked, interval):
+            questions = feed(
+                track, detector, starts[its] - frame, stops[its] - frame, its_ends,
+                medians[0, its], asked,
+            )  # fmt: skip
+            for k, question in enumerate(questions, interval):
                 if question:
                     gestures[:, k] = detector.complete(gestures[:, k].tolist(), *question)
         frame, interval = frame + len(track), its.stop

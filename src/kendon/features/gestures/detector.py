@@ -17,11 +17,14 @@ from kendon.features.gestures.hands import (
 )
 from kendon.features.gestures.head import DipEvidence, Head
 from kendon.features.gestures.nods import NodEvidence, TossEvidence
+from kendon.features.gestures.series import KEPT
 from kendon.features.gestures.talk import Talk
 from kendon.features.gestures.trunk import BowEvidence, Trunk
 from kendon.features.gestures.weights import WEIGHTS
 from kendon.geometry import UNKNOWN_POINT, Quaternion, Vec3
 
+#: Frames older than this need not be shown to a detector that is asked again after a pause [s].
+READ_BACK = 2 * KEPT
 #: How long a new estimate of the arm's length takes to count [intervals].
 SLOWNESS = 5.0
 #: From this probability on a wave may have begun; two to four times what it usually is.

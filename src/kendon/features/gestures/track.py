@@ -6,7 +6,10 @@ import itertools
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from kendon.features.gestures.detector import GestureDetector
+import numpy as np
+from numpy.typing import NDArray
+
+from kendon.features.gestures.detector import READ_BACK, GestureDetector
 from kendon.person import FloatArray, IntArray, Track
 
 
@@ -25,8 +28,12 @@ def feed(
     stops: IntArray,
     ends: FloatArray,
     distances: FloatArray,
+    asked: NDArray[np.bool_] | None = None,
 ) -> Iterator[Question | None]:
     """Let a detector see a track up to the end of one interval after another.
+
+    While it is not asked it sees nothing, as in a flow of frames: when it is asked again it sees
+    the latest `READ_BACK` before.
 
     Args:
         track: T frames.
@@ -35,19 +42,32 @@ def feed(
         stops: the row after its last one, shape (K,).
         ends: of the intervals, shape (K,) [s].
         distances: of the person in the intervals, shape (K,) [m].
+        asked: in which intervals the detector will be asked, shape (K,); None = in all.
 
     Yields:
-        What it is to be asked then; None for an interval without frames.
+        What it is to be asked then; None for an interval without frames or in which it is not.
     """
     rows = _rows(track)
     seen = 0
-    for start, stop, end, distance in zip(
-        starts.tolist(), stops.tolist(), ends.tolist(), distances.tolist(), strict=True
-    ):
-        for row in itertools.islice(rows, stop - seen):
-            detector.add(*row)
-        seen = stop
-        yield Question(end, float(track.t[start]), distance) if start < stop else None
+    old = np.searchsorted(track.t, ends - READ_BACK).tolist()
+    if asked is None:
+        asked = np.ones(len(ends), dtype=bool)
+    for start, stop, end, distance, first, ask in zip(
+        starts.tolist(), stops.tolist(), ends.tolist(), distances.tolist(), old, asked.tolist(),
+        strict=True,
+    ):  # fmt: skip
+        if start == stop:
+            yield None
+        elif ask:
+            for row in itertools.islice(rows, stop - seen):
+                detector.add(*row)
+            seen = stop
+            yield Question(end, float(track.t[start]), distance)
+        else:
+            if first > seen:
+                next(itertools.islice(rows, first - seen - 1, None))
+                seen = first
+            yield None
 
 
 def _rows(track: Track) -> Iterator[tuple[Any, ...]]:
