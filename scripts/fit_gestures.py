@@ -34,6 +34,7 @@ MADE_OF = {
     "dip": ("dip",),
     "dip_of_pitch": ("dip",),
     "bow": ("bow",),
+    "bow_of_height": ("bow",),
 }
 #: The greetings of hands, which are no talk.
 HANDS = MADE_OF["wave"] + MADE_OF["handshake"]
@@ -49,6 +50,7 @@ PRIORS = {
     "dip": 0.04,
     "dip_of_pitch": 0.04,
     "bow": 0.02,
+    "bow_of_height": 0.02,
 }
 #: A movement is plainly shown from this share of its rise until that share of its fall is left.
 HALF = 0.5
@@ -109,12 +111,16 @@ def examples(
                     moves = [m for m in person.movements if side in m.hands]
                     add("wave", hand[0], moves, t)
                     add("handshake", hand[1], moves, t)
-            for name in ("nod", "toss", "dip", "bow"):
+            for name in ("nod", "toss", "dip"):
                 evidence = getattr(found, name)
                 if evidence:
                     add(name, evidence, list(person.movements), t)
             if found.dip and found.dip.of_pitch[0] == found.dip.of_pitch[0]:
                 add("dip_of_pitch", found.dip.of_pitch, list(person.movements), t)
+            if found.bow:
+                if found.bow.flexion == found.bow.flexion:
+                    add("bow", found.bow, list(person.movements), t)
+                add("bow_of_height", found.bow.of_height, list(person.movements), t)
     return {
         name: (
             np.nan_to_num(np.array([row[0] for row in of])),

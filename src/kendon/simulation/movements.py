@@ -120,7 +120,7 @@ def lasting(movement: Movement, seconds: float) -> Movement:
     if m.hands:
         least = m.rise + m.fall + (1 / m.rate if m.rate else 0.1)
         duration = max(seconds, least)
-        # The strokes come first; the waiting is what time is left.
+        # The strokes come first; half of what time is left may be waited.
         spare = duration - least
         return replace(m, duration=duration, wait=min(m.wait, spare / 2))
     # A head is tossed and a trunk bowed once, however much time there is.

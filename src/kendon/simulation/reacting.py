@@ -30,6 +30,8 @@ from kendon.simulation.temperaments import Temperament
 #: How often people make up their minds [1/s], and how late they see what happens [s]: choice
 #: reactions take 0.2 to 0.4 s (Woodworth & Schlosberg 1954).
 RATE = 10.0
+#: And so many frames of theirs are seen in between.
+FRAMES = 3
 REACTION = 0.3
 #: Nobody looks away for a moment only: listeners do for so long on average [s] (Andrist et al.
 #: 2014).
@@ -69,24 +71,22 @@ class ReactingPerson:
         start: where they stand at first.
         body: whose; drawn if left out.
         past: how near somebody who greets nobody passes the robot's place [m].
-        frames: frames a second, a multiple of ten.
         seed: of chance.
     """
 
     def __init__(
         self, temperament: Temperament, start: Pose2D, *, body: Body | None = None,
-        past: float = 1.5, frames: int = 30, seed: int = 0,
+        past: float = 1.5, seed: int = 0,
     ) -> None:  # fmt: skip
         self._rng = np.random.default_rng([seed, 1])
         self.temperament = temperament
-        self.actor = Actor(start, body=body, speed=temperament.speed, rate=frames, seed=seed)
+        self.actor = Actor(start, body=body, speed=temperament.speed, rate=FRAMES * RATE, seed=seed)
         self.finished = False
         self.gave_up = ""  # why, in a clause
         self.answered: dict[Phase, float] = {}  # [s], when each of their salutations was seen to be
         self.step_backs = 0
         self.made: list[Movement] = []  # every salutation and dip, as it was meant to go
         self._past = past
-        self._count = round(frames / RATE)
         self._sight = Sight(self.actor, round(REACTION * RATE))
         self._stage: Phase | None = None
         self._saluting = False
@@ -122,7 +122,7 @@ class ReactingPerson:
                 next(self._life)
             except StopIteration:
                 self.finished = True
-        return self.actor.frames(self._count)
+        return self.actor.frames(FRAMES)
 
     # ---- what the person does
 
@@ -278,7 +278,8 @@ class ReactingPerson:
         robot = self._sight.pose
         dx, dy = robot.x - x, robot.y - y
         way = math.hypot(dx, dy)
-        off = math.asin(min(1.0, self._past / way)) * (1 if self._rng.random() < 0.5 else -1)
+        side = 1 if self._rng.random() < 0.5 else -1
+        off = side * (math.asin(self._past / way) if self._past < way else math.pi / 2)
         course = math.atan2(dy, dx) + off
         far = 2 * way * math.cos(off)
         goal = (x + far * math.cos(course), y + far * math.sin(course))

@@ -40,9 +40,9 @@ OF_SPEED = 10.0
 #: A hand is held where it has been for so long, about as long as an arm swing is up [s]. The
 #: turning points of a wave are nearer to each other.
 HOLD = 0.5
-#: A hand that lasts there stays longer than any arm swing, most of a stride [s].
+#: A hand that lasts there stays longer than any arm swing [s].
 LAST = 0.8
-#: How high the other hand came is asked of so long: more than half a stride [s].
+#: How high the other hand came is asked of so long: more than a stride [s].
 STRIDE = 1.2
 #: Hands are up, or out, from here on [arms over the shoulder, arms before it].
 RAISED, OUT = -0.5, 0.4
@@ -54,9 +54,9 @@ BEHIND = 0.2
 HANGING = HANGS * LONGEST
 #: Who lifts both hands keeps them this near to where they were highest [arms].
 TOGETHER = 0.15
-#: Shorter gaps are a slow camera's [s].
-GAP = 0.2
-#: How far a hand usually comes is asked of so long before the last `LAST`, most of a stride [s].
+#: Shorter gaps are a slow camera's: one and a half periods of the slowest [s].
+GAP = 0.3
+#: How far a hand usually comes is asked of so long before the last `LAST`: a stride [s].
 USUAL = 1.0
 #: No hand gestures faster [m/s], nor is it misplaced by more from frame to frame [m]: what goes
 #: farther at once is not the hand, or was not. Where the other shoulder stands in for a lost one,
@@ -75,7 +75,7 @@ class Row(NamedTuple):
     up: float  # the wrist, over the shoulder
     toward: float  # before it, toward the robot
     across: float
-    forearm: float  # sine of its elevation
+    forearm: float  # sine of its elevation, -1 of a hand that hangs
     bones: float  # the length of both bones together
     apart: float  # wrist from the face, as seen from the robot
     opened: float  # wrist from the shoulder
@@ -120,6 +120,7 @@ class Arm:
 
     def clear(self) -> None:
         """Forget everything."""
+        self._asked = -math.inf  # [s], the end of the last interval asked about
         self._t.clear()
         self._rows.clear()
         self._leapt.clear()
@@ -127,13 +128,24 @@ class Arm:
         self.low = self.back = math.inf
 
     def add(
-        self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3, other: Vec3
-    ) -> None:
-        """Take in the joints, the face and the other wrist at an instant; NaN when unknown."""
+        self, t: float, shoulder: Vec3, elbow: Vec3, wrist: Vec3, head: Vec3, other: Vec3,
+        *, own: bool = True,
+    ) -> None:  # fmt: skip
+        """Take in the joints, the face and the other wrist at an instant; NaN when unknown.
+
+        Args:
+            t: later than the last [s].
+            shoulder: the own one, or what stands in for it (`shoulder_of`) [m].
+            elbow: of this arm [m].
+            wrist: of this arm [m].
+            head: the face [m].
+            other: the other wrist [m].
+            own: whether the shoulder is the own one: only then are bones measured.
+        """
         sx, sy, sz = shoulder
         wx, wy, wz = wrist
         up = wz - sz
-        if up != up:  # NaN: nothing is known of this hand
+        if not math.isfinite(up):  # nothing is known of this hand
             return
         ex, ey, ez = elbow
         hx, hy, hz = head
@@ -144,7 +156,7 @@ class Arm:
         way = math.sqrt(sx * sx + sy * sy) or math.nan
         lower = math.sqrt(ax * ax + ay * ay + az * az) or math.nan
         toward, across = -(dx * sx + dy * sy) / way, (dx * sy - dy * sx) / way
-        bones = lower + math.sqrt(bx * bx + by * by + bz * bz)
+        bones = lower + math.sqrt(bx * bx + by * by + bz * bz) if own else math.nan
         if up < HANGING:
             row = Row(up, toward, across, -1.0, bones, math.nan, math.nan, math.nan)
         else:
@@ -235,8 +247,12 @@ class Arm:
         return self._rows[bisect_left(self._t, begin - ROUNDED) :]
 
     def _watch(self, first: float, end: float, up: float, toward: float) -> None:
-        """Keep in mind when the hand was last down and last not out; nothing before it is seen."""
-        new = end - first < LAST / 2
+        """Keep in mind when the hand was last down and last not out.
+
+        Nothing is known of before it was seen, nor of a while in which nobody asked.
+        """
+        new = end - first < LAST / 2 or end - self._asked > LAST
+        self._asked = end
         if new:
             self.first = first
         if up < RAISED or self.low > end or new:
@@ -280,7 +296,10 @@ class Arm:
         return min(1.0, (end - self._t[first]) / span) if first < len(self._t) else 0.0
 
     def _coverage(self, first: int, end: float, span: float) -> float:
-        """Which share of a while up to `end` the hand was seen in, from a row on."""
+        """Which share of a while up to `end` the hand was seen in from a row on.
+
+        All of it but the longest gap, where that is no slow camera's.
+        """
         stamps = self._t[first:]
         gap = max(map(sub, stamps[1:], stamps), default=0.0)
         return max(

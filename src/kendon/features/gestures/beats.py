@@ -45,7 +45,9 @@ class Course(NamedTuple):
 
 
 def course_of(series: Series, end: float, noise: float) -> Course:
-    """Values step by step; steps in which there is none, of a slow source, are left out.
+    """Values step by step; where there are none it goes on in a straight line to the next.
+
+    Of a source that is slow, or loses the person for a moment, a step still takes its time.
 
     Args:
         series: of the values.
@@ -54,17 +56,27 @@ def course_of(series: Series, end: float, noise: float) -> Course:
     """
     first, values = series.first(end - LASTS - SMOOTH), series.values
     seen = max(1, len(values) - first)
-    middles = []
+    middles: list[float] = []
+    known = missing = 0
     for k in range(round(LASTS / SMOOTH), -1, -1):
         last = series.first(end - k * SMOOTH) if k else len(values)
         if last > first:
             step = sorted(values[first:last])
             middle = (last - first) // 2
-            middles.append(0.5 * (step[middle] + step[-1 - middle]))
+            value = 0.5 * (step[middle] + step[-1 - middle])
+            if middles:
+                rise = (value - middles[-1]) / (missing + 1)
+                middles += [middles[-1] + rise * (i + 1) for i in range(missing)]
+            middles.append(value)
+            known, missing = known + 1, 0
+        else:
+            missing += 1
         first = last
+    if middles:
+        middles += [middles[-1]] * missing
     # Of a source slower than a beat there are no steps, nor what they would be made of.
-    error = INEFFICIENCY * noise * math.sqrt(len(middles) / seen)
-    return Course(middles if len(middles) >= LEAST_STEPS else [], error)
+    error = INEFFICIENCY * noise * math.sqrt(known / seen)
+    return Course(middles if known >= LEAST_STEPS else [], error)
 
 
 class Beat(NamedTuple):

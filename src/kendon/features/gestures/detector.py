@@ -29,7 +29,7 @@ READ_BACK = 2 * KEPT
 SLOWNESS = 5.0
 #: From this probability on a wave may have begun; two to four times what it usually is.
 BEGUN = 0.2
-#: From this on hands greet, and do not talk.
+#: From this on something is read: hands greet, and do not talk; a head alone salutes.
 READ = 0.5
 #: A hand that is up again so soon goes on with the same wave [s]; ours.
 PAUSE = 0.7
@@ -72,6 +72,13 @@ def _dipped(evidence: DipEvidence) -> float:
     return max(dip, of_pitch)  # the first where the second is unknown
 
 
+def _bowed(evidence: BowEvidence) -> float:
+    """The probability of a bow: of the trunk, or of what goes down with it."""
+    if evidence.flexion == evidence.flexion:
+        return posterior(evidence, WEIGHTS.bow)
+    return posterior(evidence.of_height, WEIGHTS.bow_of_height)
+
+
 class GestureDetector:
     """Reads gestures from frames as they come, and tells them for an interval."""
 
@@ -106,10 +113,12 @@ class GestureDetector:
         self._left.add(
             t, shoulder_of(left, right, head),
             known("l_elbow", UNKNOWN_POINT), left_wrist, head, right_wrist,
+            own=left[2] == left[2],
         )  # fmt: skip
         self._right.add(
             t, shoulder_of(right, left, head),
             known("r_elbow", UNKNOWN_POINT), right_wrist, head, left_wrist,
+            own=right[2] == right[2],
         )  # fmt: skip
         self._head.add_shoulders(t, head, left, right)
         hips = known("l_hip", UNKNOWN_POINT), known("r_hip", UNKNOWN_POINT)
@@ -176,9 +185,9 @@ class GestureDetector:
             posterior(found.toss, WEIGHTS.toss) if found.toss else math.nan,
         )
         dip = _dipped(found.dip) if found.dip else math.nan
-        bow = posterior(found.bow, WEIGHTS.bow) if found.bow else math.nan
+        bow = _bowed(found.bow) if found.bow else math.nan
         others = either(bow, nod)
-        if wave != wave and not others > 0.5:
+        if wave != wave and not others > READ:
             # Most salutations are made with the hands: a head that does nothing says little.
             others = math.nan
         close = near_enough(distance)

@@ -157,17 +157,17 @@ class Head:
         if usual != usual:
             usual, unsure = 0.0, math.hypot(noise_now, UNSURE)
         pitch = quantile(pitches, 0.5)
-        # Half a second and more ago, a dip had hardly begun.
+        # A second ago, a dip had hardly begun.
         before = quantile(self._pitch.between(end - 1.2, end - 0.8), 0.5)
         yaws = self._yaw.since(begin) or self._yaw.since(since)
-        turned = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
+        turn = quantile(yaws, 0.5) - quantile(self._yaw.between(end - 0.7, end - 0.4), 0.5)
         course = course_of(self._pitch, end, noise)
         # Noise alone turns a head by so much.
         unsure_turn = math.sqrt(2.0) * noise_now
         dip = DipEvidence(
             DOWN.evidence(pitch - usual - taken_along, unsure),
             FLOOR.evidence(pitch - taken_along, noise_now),
-            TURNED.evidence(_above(abs(turned) - unsure_turn), unsure_turn),
+            TURNED.evidence(_above(abs(turn) - unsure_turn), unsure_turn),
             BRIEF.evidence(before - usual, unsure),
             _while_down(
                 ONSET.evidence(
@@ -252,4 +252,5 @@ def _above(value: float) -> float:
 
 def turned(yaw: Series, end: float, since: float) -> float:
     """How far from the robot a head or a chest is turned in an interval [rad]; NaN when unknown."""
-    return abs(quantile(yaw.since(min(end - FACING, since)), 0.5))
+    # Not the other way round: the middle between backward to the left and to the right is ahead.
+    return quantile([abs(one) for one in yaw.since(min(end - FACING, since))], 0.5)

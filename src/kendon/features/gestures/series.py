@@ -37,8 +37,8 @@ class Series:
         self.values.clear()
 
     def add(self, t: float, value: float) -> None:
-        """Take in a value; one that is not known is passed over."""
-        if value != value:  # NaN is unequal to itself
+        """Take in a value; one that is not known, or beyond all measure, is passed over."""
+        if not math.isfinite(value):
             return
         stamps = self.t
         if stamps and t - stamps[0] > 2 * self.kept:
@@ -69,7 +69,8 @@ class Series:
 
         Of many values every second or third will do: what is usual is no matter of single frames.
         """
-        if not self.t or end - self.t[0] < least:
+        first = self.first(begin)
+        if first == len(self.t) or end - self.t[first] < least:
             return math.nan
         values = self.between(begin, end)
         return quantile(values[:: 1 + len(values) // ENOUGH], 0.5)
@@ -124,15 +125,6 @@ def quantile(values: Sequence[float], share: float) -> float:
     low = int(place)
     rest = place - low
     return (1.0 - rest) * ordered[low] + rest * ordered[low + 1] if rest else ordered[low]
-
-
-def spread(values: Sequence[float]) -> float:
-    """The standard deviation of known values; NaN of fewer than four."""
-    count = len(values)
-    if count < 4:
-        return math.nan
-    mean = sum(values) / count
-    return math.sqrt(sum([(value - mean) ** 2 for value in values]) / count)
 
 
 def to_and_fro(values: Sequence[float]) -> float:

@@ -1,7 +1,8 @@
 """Bows: evidence from the trunk.
 
 Bowing bends the trunk forward at the hips, by more than 15 degrees even in passing, and takes
-the head down. Where the hips are not seen the head's height alone has to do.
+face and shoulders down. Where the hips are not seen these have to do: who dips the head keeps the
+shoulders where they were.
 """
 
 from __future__ import annotations
@@ -27,10 +28,17 @@ class BowEvidence(NamedTuple):
 
     flexion: float
     drop: float
+    sinks: float
+
+    @property
+    def of_height(self) -> tuple[float, float]:
+        """What is told without the hips."""
+        return self.drop, self.sinks
 
 
 FLEXION = Weighing(math.radians(13), math.radians(2.5), -4.0, 5.0)  # from the usual [rad]
 DROP = Weighing(0.06, 0.02, -1.0, 3.0)  # of the face, from the usual [m]
+SINKS = Weighing(0.05, 0.02, -2.0, 3.0)  # of the shoulders, from the usual [m]
 
 
 class Trunk:
@@ -40,16 +48,18 @@ class Trunk:
         self._flexion = Series()  # [rad], forward
         self._length = Series()  # [m], hips to shoulders
         self._height = Series()  # [m], of the face
+        self._shoulders = Series()  # [m], their height
         self._yaw = Series()  # [rad], of the chest, from the way to the robot
 
     def clear(self) -> None:
         """Forget everything."""
-        for series in (self._flexion, self._length, self._height, self._yaw):
+        for series in (self._flexion, self._length, self._height, self._shoulders, self._yaw):
             series.clear()
 
     def add(self, t: float, head: Vec3, left: Vec3, right: Vec3, hips: tuple[Vec3, Vec3]) -> None:
         """Take in an instant: the face, the shoulders and the hips [m]; NaN when unknown."""
         self._height.add(t, head[2])
+        self._shoulders.add(t, 0.5 * (left[2] + right[2]))
         hip_left, hip_right = hips
         x = (left[0] + right[0] - hip_left[0] - hip_right[0]) / 2.0
         y = (left[1] + right[1] - hip_left[1] - hip_right[1]) / 2.0
@@ -73,15 +83,19 @@ class Trunk:
 
     def seen(self, since: float) -> bool:
         """Whether anything of it has been seen from an instant on."""
-        return self._flexion.seen(since)
+        return self._flexion.seen(since) or self._height.seen(since)
 
     def evidence(self, end: float, since: float, flexion: float) -> BowEvidence:
         """What the trunk does in an interval that ends at `end`, its first frame at `since`."""
         length = quantile(self._length.since(end - 1.0), 0.5)
         noise = change(self._length.since(end - 1.0)) / length if length > 0.0 else 0.0
+        face, shoulders = self._height, self._shoulders
         return BowEvidence(
             FLEXION.evidence(flexion, noise),
-            DROP.evidence(-self._from_usual(self._height, end, since)),
+            DROP.evidence(-self._from_usual(face, end, since), change(face.since(end - 1.0))),
+            SINKS.evidence(
+                -self._from_usual(shoulders, end, since), change(shoulders.since(end - 1.0))
+            ),
         )
 
     @staticmethod
