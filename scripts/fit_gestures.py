@@ -119,7 +119,7 @@ def examples(
                 add("dip_of_pitch", found.dip.of_pitch, list(person.movements), t)
             if found.bow:
                 if found.bow.flexion == found.bow.flexion:
-                    add("bow", found.bow, list(person.movements), t)
+                    add("bow", found.bow.of_trunk, list(person.movements), t)
                 add("bow_of_height", found.bow.of_height, list(person.movements), t)
     return {
         name: (

@@ -54,8 +54,9 @@ BEHIND = 0.2
 HANGING = HANGS * LONGEST
 #: Who lifts both hands keeps them this near to where they were highest [arms].
 TOGETHER = 0.15
-#: Shorter gaps are a slow camera's: one and a half periods of the slowest [s].
-GAP = 0.3
+#: The period of the slowest cameras; gaps up to half as much again are theirs [s].
+SLOWEST = 0.2
+GAP = 1.5 * SLOWEST
 #: How far a hand usually comes is asked of so long before the last `LAST`: a stride [s].
 USUAL = 1.0
 #: No hand gestures faster [m/s], nor is it misplaced by more from frame to frame [m]: what goes
@@ -309,12 +310,12 @@ class Arm:
     def reached(self, end: float, of: int) -> float:
         """How far the hand came, upward or another way, before the last `LAST` seconds [m].
 
-        NaN where less than half a stride of that is known, but for a slow camera's gap.
+        NaN where less than half a stride of that is known, but for a slow camera's period.
         """
         stamps = self._t
         first = bisect_left(stamps, end - LAST - USUAL - ROUNDED)
         last = bisect_left(stamps, end - LAST - ROUNDED, first)
-        if first == last or stamps[last - 1] - stamps[first] < STRIDE / 2 - GAP:
+        if first == last or stamps[last - 1] - stamps[first] < STRIDE / 2 - SLOWEST:
             return math.nan
         return quantile([row[of] for row in self._rows[first:last]], 0.9)
 

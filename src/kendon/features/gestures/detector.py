@@ -75,7 +75,7 @@ def _dipped(evidence: DipEvidence) -> float:
 def _bowed(evidence: BowEvidence) -> float:
     """The probability of a bow: of the trunk, or of what goes down with it."""
     if evidence.flexion == evidence.flexion:
-        return posterior(evidence, WEIGHTS.bow)
+        return posterior(evidence.of_trunk, WEIGHTS.bow)
     return posterior(evidence.of_height, WEIGHTS.bow_of_height)
 
 

@@ -39,7 +39,7 @@ from kendon.features.gestures.arm import (
     Row,
 )
 from kendon.features.gestures.evidence import Weighing, logistic
-from kendon.features.gestures.series import quantile, to_and_fro
+from kendon.features.gestures.series import quantile, spread, to_and_fro
 from kendon.features.gestures.talk import Talk
 
 #: Swings to and fro are looked for over so long: three strokes of a slow wave [s].
@@ -89,6 +89,7 @@ class HandshakeEvidence(NamedTuple):
     shake: float
     near: float
     level: float
+    steady: float
     parted: float
     fresh: float
     faces: float
@@ -117,6 +118,7 @@ HELD_REACH = Weighing(0.40, 0.10, -3.0, 2.0)  # the same, where it is held
 HALFWAY = Weighing(0.35, 0.10, -2.0, 1.5)  # share of the way to the robot the hand is out
 SHAKE = Weighing(0.06, 0.04, -0.7, 1.5)  # up and down of a hand that is out [arms]
 NEAR = Weighing(1.8, -0.2, -7.0, 1.0)  # the person from the robot [m]
+STEADY = Weighing(0.08, -0.03, -3.0, 1.0)  # toward the robot and back, standard dev. [arms]
 LEVEL = Weighing(0.35, -0.07, -4.0, 0.5)  # higher or lower than `CHEST` [arms]
 REACHES = Weighing(0.0, 0.5, -3.0, 3.0)  # toward the robot just now [arms/s]
 REACHED = Weighing(0.20, 0.10, 0.0, 3.0)  # beyond where it came in the stride before [arms]
@@ -145,7 +147,7 @@ def _no_handshake(near: float) -> HandshakeEvidence:
     """Of a hand that is not out."""
     return HandshakeEvidence(
         REACH.least, HELD_REACH.least, HALFWAY.least, 0.0, near,
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
@@ -290,6 +292,7 @@ def _handshake(asked: _Asked, near: float) -> HandshakeEvidence:
         shake,
         near,
         LEVEL.evidence(abs(lately.up - CHEST), noise_now),
+        share * STEADY.evidence(spread(out) / arm, noise),
         _excused(parts, max(embraces, shake / SHAKE.most)),
         _excused(_fresh(hand, hand.back, end), shake / SHAKE.most),
         faces,

@@ -127,6 +127,15 @@ def quantile(values: Sequence[float], share: float) -> float:
     return (1.0 - rest) * ordered[low] + rest * ordered[low + 1] if rest else ordered[low]
 
 
+def spread(values: Sequence[float]) -> float:
+    """The standard deviation of known values; NaN of fewer than four."""
+    count = len(values)
+    if count < 4:
+        return math.nan
+    mean = sum(values) / count
+    return math.sqrt(sum([(value - mean) ** 2 for value in values]) / count)
+
+
 def to_and_fro(values: Sequence[float]) -> float:
     """How far values go one way and come back, or the other way round; NaN of fewer than four.
 

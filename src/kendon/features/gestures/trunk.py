@@ -31,8 +31,13 @@ class BowEvidence(NamedTuple):
     sinks: float
 
     @property
+    def of_trunk(self) -> tuple[float, float]:
+        """What is told where the hips are seen."""
+        return self.flexion, self.drop
+
+    @property
     def of_height(self) -> tuple[float, float]:
-        """What is told without the hips."""
+        """What is told without them."""
         return self.drop, self.sinks
 
 
