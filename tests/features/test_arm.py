@@ -202,6 +202,17 @@ def test_a_shoulder_that_is_lost_makes_no_hand_leap() -> None:
     assert len(arm.since(0.0)) == 90
 
 
+def test_no_bones_are_measured_from_a_shoulder_that_stands_in() -> None:
+    own, lost = Arm(), Arm()
+    wrist = (SHOULDER[0] - 0.2, SHOULDER[1], SHOULDER[2] - 0.3)
+    elbow = (SHOULDER[0], SHOULDER[1], SHOULDER[2] - 0.3)
+    for k in range(10):
+        own.add(k / 30, SHOULDER, elbow, wrist, HEAD, OTHER)
+        lost.add(k / 30, SHOULDER, elbow, wrist, HEAD, OTHER, own=False)
+    assert own.length(0.0) == pytest.approx(0.5)
+    assert math.isnan(lost.length(0.0))
+
+
 def test_a_hand_that_is_still_does_not_stir_however_noisy_its_joints() -> None:
     rng = np.random.default_rng(5)
     arm, stirring = Arm(), Arm()

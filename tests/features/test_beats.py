@@ -30,6 +30,20 @@ def triangle(height: float, turns: int, half: int = 2, length: int = 12) -> list
     return [height * max(0.0, 1.0 - abs(step - turns) / half) for step in range(length)]
 
 
+def test_a_gap_takes_its_time_and_is_bridged_in_a_straight_line() -> None:
+    series, whole = Series(), Series()
+    for k in range(120):
+        t = k / 100
+        whole.add(t, 10.0 * t)
+        if not 0.5 <= t < 0.9:
+            series.add(t, 10.0 * t)
+    steps = course_of(series, 1.2, 0.0).steps
+    np.testing.assert_allclose(steps, course_of(whole, 1.2, 0.0).steps)
+    # Nothing is known of what comes after it was last seen: it stays.
+    later = course_of(whole, 1.5, 0.0).steps
+    assert later[-3:] == [later[-4]] * 3
+
+
 @given(HEIGHTS, st.integers(2, 9), st.sampled_from([NOD, TOSS]), st.floats(-90.0, 90.0))
 def test_a_beat_is_as_large_as_it_goes_wherever_it_lies_and_either_way(
     height: float, turns: int, kind: Kind, level: float
@@ -60,7 +74,8 @@ def test_what_goes_up_counts_as_far_as_it_comes_above_the_level(
 ) -> None:
     found = beat(course, TOSS, level).size
     assert found <= max(0.0, level - min(course))
-    assert found <= beat(course, TOSS).size
+    # What is above the level may be short where all of it is too long for a toss.
+    assert found <= beat(course, TOSS._replace(away=len(course))).size
     assert beat(course, NOD, level) == beat(course, NOD)
 
 

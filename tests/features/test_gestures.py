@@ -18,6 +18,7 @@ from shared_data import shared_files
 
 from kendon import Sampler, load_model, observe, read_track
 from kendon.features.gestures import GestureDetector, Gestures
+from kendon.features.gestures.head import Head
 from kendon.features.track import watch
 from kendon.observations import FEATURES
 from kendon.person import GESTURES, FloatArray, Track
@@ -211,6 +212,50 @@ def test_a_dip_is_read_while_the_head_is_down_and_a_bow_is_none(rate: float) -> 
         assert (bow["hdip"] < 0.3).all()
 
 
+def test_a_bow_is_no_dip_where_the_hips_are_not_seen_either() -> None:
+    def bent(t: FloatArray) -> FloatArray:
+        return math.radians(40) * (risen(t, 2.0, 0.5) - risen(t, 3.2, 0.5))
+
+    def dipped(t: FloatArray) -> FloatArray:
+        return math.radians(38) * (risen(t, 2.0, 0.15) - risen(t, 2.7, 0.15))
+
+    def without_hips(track: Track) -> Track:
+        return replace(track, joints={n: p for n, p in track.joints.items() if "hip" not in n})
+
+    bow = detected(without_hips(body(lean=bent)))
+    deep = (bow["t"] >= 2.7) & (bow["t"] <= 3.2)
+    assert (bow["dsal"][deep] > 0.8).all()
+    assert (bow["hdip"][deep] < 0.3).all()  # nobody can tell them apart while they begin
+    dip = detected(without_hips(body(pitch=dipped)))
+    down = (dip["t"] >= 2.35) & (dip["t"] <= 2.7)
+    assert (dip["hdip"][down] > 0.6).all()
+    assert (dip["bow"] < 0.3).all()
+
+
+@pytest.mark.parametrize("joint", ["head", "r_shoulder", "r_wrist", "r_elbow"])
+def test_places_beyond_all_measure_are_unknown(joint: str) -> None:
+    track = waving(1.0, 4.0)
+    wild = (track.t > 1.5) & (track.t < 1.7)
+    places = track.head if joint == "head" else track.joints[joint]
+    endless = np.where(wild[:, None], np.array([1.0, 1.0, math.inf]), places)
+    if joint == "head":
+        seen = detected(replace(track, head=endless))
+    else:
+        seen = detected(replace(track, joints={**track.joints, joint: endless}))
+    assert seen["dsal"][-1] > 0.5
+
+
+def test_a_back_turned_is_never_ahead_however_the_joints_jitter() -> None:
+    rng = np.random.default_rng(0)
+    head = Head()
+    for k in range(60):
+        yaw = math.pi + rng.normal(0, 0.05)  # from the way to the robot
+        head.add(k / 30, (2.0, 0.0, 1.6), (0.0, 0.0, math.sin(yaw / 2 + math.pi / 2),
+            math.cos(yaw / 2 + math.pi / 2)))  # fmt: skip
+        if k > 20:
+            assert head.aside(k / 30, k / 30 - 0.2) > 2.5
+
+
 @pytest.mark.parametrize("rate", [15.0, 30.0, 60.0])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_nod_and_a_toss_speak_for_a_salutation(rate: float, sign: int) -> None:
@@ -392,6 +437,15 @@ def test_one_arm_is_enough() -> None:
     assert observe(replace(track, joints=one)).values[-1, DSAL] > 0.5
     other = {name: p for name, p in track.joints.items() if name.startswith("l_")}
     assert observe(replace(track, joints=other)).values[-1, DSAL] < 0.2
+
+
+def test_how_fresh_a_raised_hand_is_is_not_told_from_long_before_keys_were_pressed() -> None:
+    track = waving(8.0, 11.0, seconds=11.0)
+    pressed = np.where((track.t < 8.35)[:, None], 0.0, np.nan) * np.ones(3)
+    late, plain = observe(replace(track, gestures=pressed)), observe(track)
+    after = (late.t > 8.8) & (late.t < 10.8)
+    assert (plain.values[after, DSAL] > 0.8).all()
+    np.testing.assert_allclose(late.values[after, DSAL], plain.values[after, DSAL], atol=0.15)
 
 
 def test_gestures_given_by_hand_override_one_by_one() -> None:
