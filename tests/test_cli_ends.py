@@ -221,3 +221,11 @@ def test_a_missing_folder_is_made_wherever_a_result_goes(kendon: Kendon, tmp_pat
         "a/short.svg", "b/commands.csv", "b/phases.csv", "c/greeting_00000.csv",
         "c/greeting_00001.csv", "c/index.csv", "d/numbers.json", "trees/mine.xml",
     ]  # fmt: skip
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes what it passes on")
+def test_a_command_runs_where_its_output_was_closed_before_it_began() -> None:
+    closed = subprocess.run(
+        ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *PROGRAM, "models"], check=False
+    )
+    assert closed.returncode == 0

@@ -165,6 +165,10 @@ WRONG: dict[str, tuple[Callable[[str], str], str]] = {
     "no toml": (lambda _: "greetings, robot", "not a readable model file"),
     "nested for ever": (lambda _: "a = " + "[" * 5000, "not a readable model file"),
     "a key less": (lambda s: s.replace("means =", "mean ="), "needs means as well"),
+    "a key misspelt": (
+        lambda s: s.replace("length_unit", "length_units"),
+        "there is no key 'length_units'; valid: .* did you mean 'length_unit'",
+    ),
     "a phase less": (
         lambda s: s.replace('"HD", ', ""),
         "phases must be IA, DS, HD, APP, FA, CS in this order",

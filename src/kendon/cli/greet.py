@@ -194,7 +194,7 @@ def greet_command(
         _keep_history(greeting_robot)
     title = encounter_title(spec)
     stage = Stage(greeter, title, history=_RECORDED) if record else None
-    encounter = _run(greeter, stage.run() if stage else greeter.run(), title, speed, quiet)
+    encounter, stopped = _run(greeter, stage.run() if stage else greeter.run(), title, speed, quiet)
     encounter.require_readings()
     if not quiet:
         _print_summary(encounter)
@@ -203,7 +203,8 @@ def greet_command(
         from kendon.viewer.figure import draw_encounter
 
         draw_encounter(encounter, figure)
-        out.print(f"The whole encounter is drawn in {figure}.", highlight=False)
+        part = "encounter until it was stopped" if stopped else "whole encounter"
+        out.print(f"The {part} is drawn in {figure}.", highlight=False)
     if picture or video:
         _draw(encounter, greeting_robot, picture, video)
     if record and stage:
@@ -247,7 +248,7 @@ def _draw(encounter: Encounter, robot: Robot, picture: Path | None, video: Path 
         raise ParameterError("this robot has no body to draw")
     if picture:
         write_picture(encounter, robot, picture)
-        out.print(f"An image of each phase is in {picture}.", highlight=False)
+        out.print(f"An image of each phase that was read is in {picture}.", highlight=False)
     if video:
         with Progress(console=err, transient=True) as bar:
             task = bar.add_task("filming")
@@ -260,8 +261,9 @@ def _draw(encounter: Encounter, robot: Robot, picture: Path | None, video: Path 
 
 def _run(
     greeter: Greeter, moments: Iterator[Moment], title: str, speed: float, quiet: bool
-) -> Encounter:
-    encounter = Encounter(title)
+) -> tuple[Encounter, bool]:
+    """Let it go on; what came of it, and whether somebody stopped it."""
+    encounter, stopped = Encounter(title), False
     timeline = Timeline(out)
     told = len(greeter.source.notes)
     if not quiet:
@@ -280,9 +282,10 @@ def _run(
     except KeyboardInterrupt:
         # Somebody ends a live greeting: what was seen so far is still summed up and drawn.
         err.print("stopped", style="dim")
+        stopped = True
     for sentence in greeter.source.notes[told:]:
         note(sentence)
-    return encounter
+    return encounter, stopped
 
 
 def _print_summary(encounter: Encounter) -> None:

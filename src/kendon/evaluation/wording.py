@@ -40,20 +40,20 @@ def ends(interval: Interval, *, sign: bool = False) -> str:
     """The ends of an interval.
 
     >>> ends(Interval(0.5, 0.4, 0.6))
-    '[0.40, 0.60]'
+    '[0.400, 0.600]'
     """
     if not math.isfinite(interval.low):
         return ""
     if sign:
         return f"[{_signed(interval.low)}, {_signed(interval.high)}]"
-    return f"[{interval.low:.2f}, {interval.high:.2f}]"
+    return f"[{interval.low:.3f}, {interval.high:.3f}]"
 
 
 def interval(value: Interval) -> str:
     """A value and its interval.
 
     >>> interval(Interval(0.5, 0.4, 0.6))
-    '0.500 [0.40, 0.60]'
+    '0.500 [0.400, 0.600]'
     """
     return f"{number(value.value)} {ends(value)}".rstrip()
 

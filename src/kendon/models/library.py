@@ -28,7 +28,9 @@ DEFAULT_MODEL = "trained"
 
 #: How many metres a unit of length is.
 _LENGTHS = {"m": 1.0, "mm": 1e-3}
+#: The keys of a model file, and those it may have as well.
 _KEYS = ("phases", "features", "startprob", "transmat", "means", "standard_deviations")
+_OPTIONAL = ("title", "source", "length_unit", "family", "outliers")
 
 
 def model_names() -> list[str]:
@@ -81,6 +83,9 @@ def _read(file: Traversable, name: str) -> GreetingModel:
     missing = [key for key in _KEYS if key not in content]
     if missing:
         raise DataError(f"a model file needs {', '.join(missing)} as well", file=place)
+    for key in content:
+        if key not in (*_KEYS, *_OPTIONAL):
+            raise DataError(str(UnknownNameError("key", key, (*_KEYS, *_OPTIONAL))), file=place)
     for key, expected in (("phases", PHASE_NAMES), ("features", FEATURES)):
         if content[key] != list(expected):
             raise DataError(f"{key} must be {', '.join(expected)} in this order", file=place)
