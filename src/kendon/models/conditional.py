@@ -45,6 +45,9 @@ if TYPE_CHECKING:
 _FARTHEST = 6.0
 #: What no training can change is a probability of 0; allowed moves begin with at least this.
 _LEAST_PROBABILITY = 1e-3
+#: A row counts as the inverse of its phase's share to this power: more, and rare phases are read
+#: too early and left too late; less, and they are missed.
+_RARITY = 0.4
 #: The label of rows of people who do not greet.
 PASSING = -2
 
@@ -156,14 +159,15 @@ def _truth(chunk: Chunk, states: int) -> NDArray[np.bool_]:
 
 
 def _weights(data: Data, states: int) -> list[FloatArray]:
-    """How much each row of each chunk counts: the inverse root of its phase's share, 1 in mean.
+    """How much each row of each chunk counts: the more the rarer its phase is, 1 in mean.
 
     Rows of people who pass by count 1.
     """
     labels = [chunk.labels for chunk in data.chunks if chunk.labels is not None]
     counts = sum(np.bincount(of[of >= 0], minlength=states) for of in labels)
-    root = np.sqrt(counts / max(np.sum(counts), 1))
-    weight = np.divide(1.0, root * root.sum(), out=np.ones(states), where=root > 0)
+    shares = counts / max(np.sum(counts), 1)
+    weight = np.divide(1.0, shares**_RARITY, out=np.zeros(states), where=shares > 0)
+    weight /= (shares * weight).sum() or 1.0
     return [np.where(of >= 0, weight[of], 1.0) for of in labels]
 
 
