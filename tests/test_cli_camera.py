@@ -125,6 +125,9 @@ def test_a_video_without_faces_says_so(
     assert run.code == 2
     assert "nobody is seen in it" in run.err.splitlines()[-1]
     assert not (tmp_path / "out").exists()
+    run = kendon("estimate", tmp_path / "a.avi", "--fov", "60", "--person", "7")
+    assert run.code == 2
+    assert "person 7 is never seen in it" in run.err.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

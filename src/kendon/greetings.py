@@ -167,6 +167,8 @@ def load_observations(
         )
     observations = observe(track, robot_face)
     if not (observations.values[:, 0] >= 0).any():
+        if options and options.person:
+            raise DataError(f"person {options.person} is never seen in it", file=spec)
         raise DataError("nobody is seen in it: the face's place is unknown throughout", file=spec)
     return observations
 
