@@ -25,6 +25,7 @@ from kendon.person import GESTURES, FloatArray, Track
 from kendon.phases import Phase
 from kendon.simulation import sensor
 from kendon.simulation.movers import draw_mover, perform_movement
+from kendon.simulation.sensors import draw_sensor
 
 RATES = (10.0, 15.0, 30.0, 60.0)
 DSAL, CSAL, HDIP = (FEATURES.index(name) for name in GESTURES)
@@ -500,11 +501,30 @@ def test_a_robot_that_drives_makes_no_gesture(ahead: float, aside: float) -> Non
     assert detected(seen_by(waved, robot))["wave"][-1] > 0.6
 
 
+@pytest.mark.parametrize("kind", ["wave", "handshake", "nod", "toss", "dip", "bow"])
+@given(st.integers(0, 10_000), st.floats(0.0, 0.4))
+@settings(max_examples=6, deadline=None)
+def test_every_gesture_is_a_probability_or_unknown(kind: str, seed: int, lost: float) -> None:
+    rng = np.random.default_rng(seed)
+    seen = draw_sensor(rng).see(perform_movement(kind, rng).track, rng)
+    holes = {name: rng.random(len(seen)) < lost for name in seen.joints}
+    joints = {n: np.where(holes[n][:, None], np.nan, p) for n, p in seen.joints.items()}
+    track = replace(seen, joints=joints)
+    found = detected(track)
+    for name in Gestures._fields:
+        values = found[name]
+        assert ((values >= 0) & (values <= 1) | np.isnan(values)).all(), name
+    for column, name in ((DSAL, "dsal"), (CSAL, "csal"), (HDIP, "hdip")):
+        answered = np.isin(observe(track).t, found["t"])
+        np.testing.assert_array_equal(observe(track).values[answered, column], found[name])
+
+
 @given(tracks())
-@settings(max_examples=40)
-def test_every_gesture_is_a_probability_or_unknown(track: Track) -> None:
-    values = observe(track).values[:, [DSAL, CSAL, HDIP]]
-    assert ((values >= 0) & (values <= 1) | np.isnan(values)).all()
+@settings(max_examples=20)
+def test_the_wildest_tracks_give_probabilities_or_nothing(track: Track) -> None:
+    values = observe(replace(track, gestures=np.full_like(track.gestures, np.nan))).values
+    gestures = values[:, [DSAL, CSAL, HDIP]]
+    assert ((gestures >= 0) & (gestures <= 1) | np.isnan(gestures)).all()
 
 
 @given(st.integers(0, 10_000))
