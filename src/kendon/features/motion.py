@@ -5,7 +5,11 @@ camera's noise of a few per cent that is worth little at eight metres, and it la
 interval. Here the same speed is read off a line laid robustly through the latest positions: the
 fewer positions, the quicker it follows; so each time the shortest stretch is taken over which the
 noise, estimated from the positions themselves, leaves the slope sure enough (adaptive windowing,
-after Janabi-Sharifi, Hayward & Chen 2000). A slope that is still unsure is unknown.
+after Janabi-Sharifi, Hayward & Chen 2000). What a slope leaves open the head's rise and fall tells
+(`kendon.features.gait`); where that is unknown too, an unsure slope is unknown.
+
+Somebody who is lost for less than a second and comes back near by has not been elsewhere: the
+line goes on through the positions of before, as if the time between had not been.
 """
 
 from __future__ import annotations
@@ -15,6 +19,9 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
+
+from kendon.features.gait import QUARTILE, ROUNDED, likely_speed
 from kendon.features.proxemics import closing_speed
 
 #: The stretches a line may be laid through [s], the quickest first.
@@ -22,20 +29,20 @@ WINDOWS = (0.2, 0.3, 0.4, 0.6)
 #: A slope whose standard error is below this is sure enough: less than by what those who stand
 #: vary, so that it tells them from those who walk their last slow steps [m/s].
 SURE = 0.1
-#: One whose standard error is above this says nothing: nearly a walker's speed [m/s].
+#: One whose standard error is below this decides alone: no gait is told more exactly [m/s].
+CERTAIN = 0.02
+#: One whose standard error is above this says nothing by itself: nearly a walker's speed [m/s].
 UNSURE = 1.0
 #: So far back the noise is estimated from [s].
 NOISE_SPAN = 1.0
 #: The noise that is assumed while there are too few positions to estimate it: a head sways [m].
 PRIOR_NOISE = 0.02
-#: The lower quartile of the absolute value of a standard normal variable. The quartile, not the
-#: median: a single wild position spoils the comparison with its two neighbours as well.
-QUARTILE = 0.3186
 #: Standard error of repeated medians over that of least squares, for normal noise.
 INEFFICIENCY = 1.25
-#: Stamps are rounded to milliseconds or finer in files [s].
-ROUNDED = 1e-3
-#: Positions this old are never looked at again [s]; they are let go of when twice as old.
+#: Who is back so soon [s], no farther away than a runner comes [m/s], was out of sight only.
+BRIDGED, FASTEST = 1.0, 3.0
+#: Positions of so long ago, not counting when nobody was seen, are never looked at again [s]; they
+#: are let go of when twice as old.
 _KEPT = 1.5 * NOISE_SPAN
 
 
@@ -48,29 +55,55 @@ class Walk:
 
     def __init__(self) -> None:
         self._t: list[float] = []  # [s]
+        self._seen: list[float] = []  # [s], the same without the time the person was lost
         self._x: list[float] = []  # [m], of the person
         self._y: list[float] = []
+        self._z: list[float] = []  # NaN where the height is unknown
         self._robot: list[tuple[float, float]] = []  # [m]
         self._aside: list[float] = []  # [m], of all positions but the first and the last
 
-    def clear(self) -> None:
-        """The person has been lost: what was before says nothing of what comes."""
-        for column in (self._t, self._x, self._y, self._robot, self._aside):
-            column.clear()
+        self._lost = False  # whether an interval has passed without a position
+        self._away = 0.0  # [s], how long such intervals lasted since the first position
 
-    def add(self, t: float, x: float, y: float, robot: tuple[float, float]) -> None:
-        """Take in the next position, known and finite."""
-        if self._t and t - self._t[0] > 2 * _KEPT:
+    def clear(self) -> None:
+        """Somebody else: what was before says nothing of what comes."""
+        for column in self._columns():
+            column.clear()
+        self._lost, self._away = False, 0.0
+
+    def lose(self) -> None:
+        """The person has been lost for an interval: maybe for good, maybe not."""
+        self._lost = True
+
+    def add(self, t: float, x: float, y: float, z: float, robot: tuple[float, float]) -> None:
+        """Take in the next position, known and finite but for z, the head's height."""
+        if self._lost and self._t:
+            away = t - self._t[-1]
+            way = math.dist((x, y), (self._x[-1], self._y[-1]))
+            if away <= BRIDGED and way <= FASTEST * away:
+                self._away += away
+            else:
+                self.clear()
+        self._lost = False
+        seen = t - self._away
+        if self._t and seen - self._seen[0] > 2 * _KEPT:
             # The one before all that are kept stays: the first of them is off the path from it.
-            old = bisect_left(self._t, t - _KEPT) - 1
-            for column in (self._t, self._x, self._y, self._robot, self._aside):
+            old = bisect_left(self._seen, seen - _KEPT) - 1
+            for column in self._columns():
                 del column[:old]
         self._t.append(t)
+        self._seen.append(seen)
         self._x.append(x)
         self._y.append(y)
+        self._z.append(z)
         self._robot.append(robot)
         if len(self._t) > 2:
             self._aside.append(self._off_the_path())
+
+    def _columns(self) -> tuple[list[float] | list[tuple[float, float]], ...]:
+        return (
+            self._t, self._seen, self._x, self._y, self._z, self._robot, self._aside
+        )  # fmt: skip
 
     def speed(self, end: float, period: float) -> float:
         """The person's speed toward where the robot was one period before `end` [m/s].
@@ -82,22 +115,33 @@ class Walk:
         Returns:
             Positive when coming closer; NaN where it is not sure enough.
         """
-        begin = self._line_from(end, period)
-        if begin is None:
+        begin, error = self._line_from(end, period)
+        if not math.isfinite(error):
             return math.nan
         t, x, y = self._t[begin:], self._x[begin:], self._y[begin:]
         # Where the lines are now and were a period before, in both directions.
         now, before = _ends_of_lines(t, x, y, end, period)
         then = max(bisect_right(t, end - period + ROUNDED) - 1, 0)
-        return closing_speed(before, now, self._robot[begin + then], period)
+        slope = closing_speed(before, now, self._robot[begin + then], period)
+        if error <= CERTAIN:
+            return slope
+        aside = math.sqrt(max((math.dist(now, before) / period) ** 2 - slope * slope, 0.0))
+        latest = bisect_left(self._t, end - NOISE_SPAN - ROUNDED)
+        stamps, heights = np.array(self._t[latest:]), np.array(self._z[latest:])
+        likely = float(likely_speed(slope, error, aside, stamps, heights, end))
+        return slope if math.isnan(likely) and error <= UNSURE else likely
 
-    def _line_from(self, end: float, period: float) -> int | None:
-        """The first position of the shortest line that is sure enough, else of the surest."""
-        stamps = self._t
+    def _line_from(self, end: float, period: float) -> tuple[int, float]:
+        """The first position of the shortest line that is sure enough, else of the surest.
+
+        Returns:
+            Where it begins, and its slope's standard error [m/s]; infinite if there is none.
+        """
+        stamps, seen = self._t, self._seen
         noise = self._noise(end)
-        best, least = None, UNSURE
+        best, least = 0, math.inf
         for window in WINDOWS:
-            begin = bisect_left(stamps, end - window - ROUNDED)
+            begin = bisect_left(seen, end - self._away - window - ROUNDED)
             count = len(stamps) - begin
             if count < 2:
                 continue
@@ -106,10 +150,10 @@ class Walk:
                 continue
             error = INEFFICIENCY * noise * math.sqrt(12 / count) / span
             if error <= SURE:
-                return begin
-            if error < least or (best is None and error == least):
+                return begin, error
+            if error < least:
                 best, least = begin, error
-        return best
+        return best, least
 
     def _noise(self, end: float) -> float:
         """The standard deviation of the positions around a smooth path [m]."""

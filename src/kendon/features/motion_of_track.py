@@ -11,12 +11,14 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from kendon.features.gait import QUARTILE, ROUNDED, likely_speed
 from kendon.features.motion import (
+    BRIDGED,
+    CERTAIN,
+    FASTEST,
     INEFFICIENCY,
     NOISE_SPAN,
     PRIOR_NOISE,
-    QUARTILE,
-    ROUNDED,
     SURE,
     UNSURE,
     WINDOWS,
@@ -58,17 +60,19 @@ class Positions(NamedTuple):
 
     stamps: Stamps
     person: FloatArray  # (N, 2) [m], known
+    heights: FloatArray  # (N,) [m], of the heads
     robot: FloatArray  # (N, 2) [m]
 
 
 def approach_speeds(
-    positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray, period: float
+    positions: Positions, lost: IntArray, stop: IntArray, ends: FloatArray, period: float
 ) -> FloatArray:
     """People's speeds toward where their robots were one period before, at K instants [m/s].
 
     Args:
-        positions: of people who may have been lost between runs of positions.
-        first: the row at which the run of positions begins that each instant belongs to, (K,).
+        positions: of people who may have been lost between them.
+        lost: the newest row at each instant before which the person was lost for an interval or
+            more, (K,); 0 if never.
         stop: the row after the newest one at each instant, (K,).
         ends: the instants, (K,) [s].
         period: the interval between observations [s].
@@ -76,6 +80,7 @@ def approach_speeds(
     Returns:
         Shape (K,), positive when coming closer; NaN where it is not sure enough.
     """
+    first, seen = _runs(positions, lost, stop)
     speed = np.full(len(ends), np.nan)
     some = np.flatnonzero(stop - first >= 2)
     if not len(some):
@@ -86,33 +91,71 @@ def approach_speeds(
     noise = _noise(positions, first, stop, ends)
 
     # Every window of every instant, (K, W); the best of them, (K,).
-    begin = stamps.search(track[:, None], ends[:, None] - np.array(WINDOWS) - ROUNDED)
+    now = ends - t[stop - 1] + seen.t[stop - 1]
+    begin = seen.search(track[:, None], now[:, None] - np.array(WINDOWS) - ROUNDED)
     begin = np.minimum(np.maximum(begin, first[:, None]), stop[:, None] - 1)
     count = stop[:, None] - begin
     span = t[stop - 1][:, None] - t[begin]
     usable = (count >= 2) & (span >= period / 2)
     with np.errstate(divide="ignore", invalid="ignore"):  # a span of zero is not usable
-        error = INEFFICIENCY * noise[:, None] * np.sqrt(12 / count) / span
-    error[~usable] = np.inf
-    sure = error <= SURE
-    choice = np.where(sure.any(axis=1), sure.argmax(axis=1), error.argmin(axis=1))
-    row = np.flatnonzero(error[np.arange(len(ends)), choice] <= UNSURE)
+        errors = INEFFICIENCY * noise[:, None] * np.sqrt(12 / count) / span
+    errors[~usable] = np.inf
+    sure = errors <= SURE
+    choice = np.where(sure.any(axis=1), sure.argmax(axis=1), errors.argmin(axis=1))
+    error = errors[np.arange(len(ends)), choice]
+    row = np.flatnonzero(np.isfinite(error))
     begin, count = begin[row, choice[row]], count[row, choice[row]]
 
+    aside = np.full(len(ends), np.nan)
     # Stretches of equally many positions at once: no holes, and no more than a cache holds.
     for number in np.unique(count).tolist():
         equal = np.flatnonzero(count == number)
         for part in np.array_split(equal, len(equal) * number * number // _CACHED + 1):
-            speed[some[row[part]]] = _speeds_of_lines(
+            speed[some[row[part]]], aside[row[part]] = _speeds_of_lines(
                 positions, begin[part], number, ends[row[part]], period
             )
+    row = row[error[row] > CERTAIN]
+    if len(row):
+        latest, heights = _latest(positions, first[row], stop[row], ends[row])
+        slope = speed[some[row]]
+        likely = likely_speed(slope, error[row], aside[row], latest, heights, ends[row])
+        speed[some[row]] = np.where(np.isnan(likely) & (error[row] <= UNSURE), slope, likely)
     return speed
+
+
+def _runs(positions: Positions, lost: IntArray, stop: IntArray) -> tuple[IntArray, Stamps]:
+    """The row at which the run of each instant begins, (K,), and stamps without time out of sight.
+
+    A run begins with a track, and where somebody comes back too late or too far away to have been
+    out of sight only.
+    """
+    track, t = positions.stamps
+    if not len(t):
+        return np.zeros_like(stop), positions.stamps
+    back = np.unique(lost[(lost > 0) & (lost < len(t))])
+    back = back[track[back] == track[back - 1]]
+    away = t[back] - t[back - 1]
+    way = _length((positions.person[back] - positions.person[back - 1]).T)
+    bridged = (away <= BRIDGED) & (way <= FASTEST * away)
+
+    begins = np.zeros(len(t), dtype=int)
+    for rows in (back[~bridged], np.flatnonzero(np.diff(track)) + 1):
+        begins[rows] = rows
+    begins = np.maximum.accumulate(begins)
+    out = np.zeros(len(t))
+    out[back[bridged]] = away[bridged]
+    out = np.cumsum(out)
+    return begins[np.maximum(stop - 1, 0)], Stamps(track, t - (out - out[begins]))
 
 
 def _speeds_of_lines(
     positions: Positions, begin: IntArray, number: int, ends: FloatArray, period: float
-) -> FloatArray:
-    """Speeds by repeated medians through the `number` positions from each `begin` on, (K,)."""
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds by repeated medians through the `number` positions from each `begin` on.
+
+    Returns:
+        Toward where the robot was, (K,), and past it, (K,) [m/s].
+    """
     rows = begin[:, None] + np.arange(number)
     at, where = positions.stamps.t[rows], positions.person.T[:, rows]  # (K, M) and (2, K, M)
     with np.errstate(invalid="ignore", divide="ignore"):  # a position and itself: 0 / 0
@@ -123,7 +166,9 @@ def _speeds_of_lines(
     track = positions.stamps.track[begin]
     before = positions.stamps.search(track, ends - period + ROUNDED, "right") - 1
     robot = positions.robot.T[:, np.maximum(before, begin)]
-    return (_length(now - velocity * period - robot) - _length(now - robot)) / period
+    speed = (_length(now - velocity * period - robot) - _length(now - robot)) / period
+    past = np.square(velocity).sum(axis=0) - speed * speed
+    return speed, np.sqrt(np.maximum(past, 0.0))
 
 
 def _noise(positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray) -> FloatArray:
@@ -139,9 +184,7 @@ def _noise(positions: Positions, first: IntArray, stop: IntArray, ends: FloatArr
             off[1:-1] = _length(person[:, 1:-1] - between) / scale
     begin = stamps.search(stamps.track[stop - 1], ends - NOISE_SPAN - ROUNDED)
     begin = np.maximum(begin, first + 1)
-    rows, outside = _rows(begin, stop - 1 - begin)
-    taken = off[np.minimum(rows, len(t) - 1)]
-    taken[outside] = np.nan
+    taken = _taken(off, begin, stop - 1)
     taken.sort(axis=1)  # NaN comes last
     known = np.maximum(stop - 1 - begin, 0)
     quartile = taken[np.arange(len(ends)), np.maximum(known - 1, 0) // 4]
@@ -177,7 +220,17 @@ def _length(way: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(way[0] * way[0] + way[1] * way[1]))
 
 
-def _rows(begin: IntArray, count: IntArray) -> tuple[IntArray, np.ndarray]:
-    """The rows begin, begin + 1, ... of each of K stretches, and which are past their end."""
-    steps = np.arange(max(1, int(count.max())))
-    return begin[:, None] + steps, steps >= count[:, None]
+def _latest(
+    positions: Positions, first: IntArray, stop: IntArray, ends: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Stamps [s] and heights [m] in the NOISE_SPAN before K instants, (K, M), filled with NaN."""
+    stamps = positions.stamps
+    begin = stamps.search(stamps.track[stop - 1], ends - NOISE_SPAN - ROUNDED)
+    begin = np.maximum(begin, first)
+    return _taken(stamps.t, begin, stop), _taken(positions.heights, begin, stop)
+
+
+def _taken(values: FloatArray, begin: IntArray, stop: IntArray) -> FloatArray:
+    """The values from each `begin` to before each `stop`, (K, M), filled with NaN."""
+    rows = begin[:, None] + np.arange(max(1, int((stop - begin).max())))
+    return np.where(rows < stop[:, None], values[np.minimum(rows, len(values) - 1)], np.nan)

@@ -148,10 +148,10 @@ class Sampler:
         values = (way, gaze, frame.smile, frame.dsal, frame.csal, frame.hdip)
         self._frames.append(values)
 
-        x, y, _ = frame.robot.to_world(head)
+        x, y, z = frame.robot.to_world(head)
         placed = math.isfinite(x + y)
         if placed:
-            self._walk.add(t, x, y, frame.robot[:2])
+            self._walk.add(t, x, y, z, frame.robot[:2])
             self._placed = True
         self._newest = values, placed
         self._unread.append(frame)
@@ -167,7 +167,7 @@ class Sampler:
         if not frames and self._newest and still_counts(self._stamps, end):
             frames, placed = [self._newest[0]], self._newest[1]
         if not placed:
-            self._walk.clear()
+            self._walk.lose()
         if not frames:
             return Observation(end)
         speed = self._walk.speed(end, self.period) if placed else math.nan

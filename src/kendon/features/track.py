@@ -228,17 +228,15 @@ def _speeds(
 ) -> FloatArray:
     """People's speeds at the ends of K intervals, shape (K,)."""
     robot = np.concatenate([track.robot for track in tracks])
-    places = to_world(np.concatenate([track.head for track in tracks]), robot)
+    head = np.concatenate([track.head for track in tracks])
+    places = to_world(head, robot)
     known = np.flatnonzero(np.isfinite(places).all(axis=1))
     first, stop = np.searchsorted(known, starts), np.searchsorted(known, stops)
-    # A run of positions begins where the person is first seen again after a blind interval, and
-    # where the track begins.
     blind = first == stop
-    runs = np.concatenate([[0], np.maximum.accumulate(np.where(blind, stop, 0))[:-1]])
+    lost = np.concatenate([[0], np.maximum.accumulate(np.where(blind, stop, 0))[:-1]])
     there = Stamps(stamps.track[known], stamps.t[known])
-    runs = np.maximum(runs, np.searchsorted(there.track, intervals.track))
-    positions = Positions(there, places[known], robot[known, :2])
-    speeds = approach_speeds(positions, runs, stop, intervals.t, period)
+    positions = Positions(there, places[known], head[known, 2], robot[known, :2])
+    speeds = approach_speeds(positions, lost, stop, intervals.t, period)
     speeds[blind] = np.nan
     return speeds
 
