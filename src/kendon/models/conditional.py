@@ -47,7 +47,7 @@ _FARTHEST = 6.0
 _LEAST_PROBABILITY = 1e-3
 #: A row counts as the inverse of its phase's share to this power: more, and rare phases are read
 #: too early and left too late; less, and they are missed.
-_RARITY = 0.4
+_RARITY = 0.3
 #: The label of rows of people who do not greet.
 PASSING = -2
 

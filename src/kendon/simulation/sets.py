@@ -36,7 +36,7 @@ class Signs(StrEnum):
 
 
 #: The share of a varied set that is seen through a drawn sensor.
-SENSED_SHARE = 0.25
+SENSED_SHARE = 0.4
 
 
 def simulate(
