@@ -1,6 +1,6 @@
 """How often models and baselines name the right phase of a greeting.
 
-    python benchmarks/accuracy.py --data DIR [--sensor noisy]
+    python benchmarks/accuracy.py --data DIR [--sensor noisy [--draws 10]]
 
 Every reader reads each greeting three times: with the gestures given by hand (the thesis's keys,
 pressed as the true phases say), as the detectors find them, and without any word of gestures.
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 
 import numpy as np
 from recorded_people import add_data_option, greetings, print_table
@@ -58,12 +59,26 @@ def main() -> int:
         "--sensor", choices=sorted(SENSORS), default="clean", help="what people are seen through"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the sensor's noise")
+    parser.add_argument(
+        "--draws",
+        type=int,
+        default=1,
+        metavar="N",
+        help="how often its noise is drawn, with seeds from --seed on; all draws count together",
+    )
     arguments = parser.parse_args()
     try:
         readers = [*model_readers(arguments.model or model_names()), *BASELINES]
         tracks, what = greetings(arguments.data)
-        see = sensor(arguments.sensor, arguments.seed)
-        seen = [see(track) for track in tracks]
+        if arguments.draws < 1:
+            parser.error(f"--draws is at least 1, not {arguments.draws}")
+        seeds = range(arguments.seed, arguments.seed + arguments.draws)
+        sensors = {seed: sensor(arguments.sensor, seed) for seed in seeds}
+        seen = [
+            replace(see(track), name=f"{track.name}_{seed}")
+            for seed, see in sensors.items()
+            for track in tracks
+        ]
         rows = []
         for gestures in GESTURES:
             people = sort_material([observe_with(track, gestures) for track in seen])

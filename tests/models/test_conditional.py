@@ -89,7 +89,7 @@ def test_what_is_improved_are_the_probabilities_of_the_true_phases_by_enumeratio
             # The rarer a phase, the more its rows count, 1 in mean; passing by counts 1.
             weight = 1.0
             if known[t] != PASSING:
-                weight = shares[known[t]] ** -0.4 / (shares**0.6).sum()
+                weight = shares[known[t]] ** -0.3 / (shares**0.7).sum()
             total += weight * math.log(sum(joint(p) for p in paths if p[-1] in truth[t]) / every)
         right = [p for p in paths if all(s in may for s, may in zip(p, truth, strict=True))]
         total += math.log(sum(joint(path) for path in right) / every)

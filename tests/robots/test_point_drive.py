@@ -112,7 +112,10 @@ class TestReachingGoals:
     @settings(max_examples=40, deadline=None)
     @given(goal=poses)
     def test_how_time_is_cut_hardly_matters(self, goal: Pose2D) -> None:
-        """10 Hz and 100 Hz: 3 cm and 0.1 rad on the way, 5 mm and the yaw tolerance at the end."""
+        """10 Hz and 100 Hz: 3 cm and 0.15 rad on the way, 5 mm and the yaw tolerance at the end.
+
+        0.15 rad: one may stop turning to the way, and begin turning to the goal, a tick sooner.
+        """
         slow, fast = PointRobot(), PointRobot()
         drives = slow.go_to(goal), fast.go_to(goal)
         for i in range(1, 301):
@@ -120,7 +123,7 @@ class TestReachingGoals:
             for j in range(9, -1, -1):
                 fast.update(i / 10 - j / 100)
             assert slow.pose.distance_to(fast.pose) < 0.03
-            assert abs(wrap_angle(slow.pose.yaw - fast.pose.yaw)) < 0.1
+            assert abs(wrap_angle(slow.pose.yaw - fast.pose.yaw)) < 0.15
             if not any(d.running for d in drives):
                 break
         assert all(d.status is CommandStatus.SUCCEEDED for d in drives)

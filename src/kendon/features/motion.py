@@ -6,7 +6,7 @@ interval. Here the same speed is read off a line laid robustly through the lates
 fewer positions, the quicker it follows; so each time the shortest stretch is taken over which the
 noise, estimated from the positions themselves, leaves the slope sure enough (adaptive windowing,
 after Janabi-Sharifi, Hayward & Chen 2000). What a slope leaves open the head's rise and fall tells
-(`kendon.features.gait`); where that is unknown too, an unsure slope is unknown.
+(`kendon.features.gait`). One that says next to nothing is unknown.
 
 Somebody who is lost for less than a second and comes back near by has not been elsewhere: the
 line goes on through the positions of before, as if the time between had not been.
@@ -31,8 +31,8 @@ WINDOWS = (0.2, 0.3, 0.4, 0.6)
 SURE = 0.1
 #: One whose standard error is below this decides alone: no gait is told more exactly [m/s].
 CERTAIN = 0.02
-#: One whose standard error is above this says nothing by itself: nearly a walker's speed [m/s].
-UNSURE = 1.0
+#: One whose standard error is above this says nothing: more than a walker's speed [m/s].
+UNSURE = 1.5
 #: So far back the noise is estimated from [s].
 NOISE_SPAN = 1.0
 #: The noise that is assumed while there are too few positions to estimate it: a head sways [m].
@@ -116,7 +116,7 @@ class Walk:
             Positive when coming closer; NaN where it is not sure enough.
         """
         begin, error = self._line_from(end, period)
-        if not math.isfinite(error):
+        if error > UNSURE:
             return math.nan
         t, x, y = self._t[begin:], self._x[begin:], self._y[begin:]
         # Where the lines are now and were a period before, in both directions.
@@ -129,7 +129,7 @@ class Walk:
         latest = bisect_left(self._t, end - NOISE_SPAN - ROUNDED)
         stamps, heights = np.array(self._t[latest:]), np.array(self._z[latest:])
         likely = float(likely_speed(slope, error, aside, stamps, heights, end))
-        return slope if math.isnan(likely) and error <= UNSURE else likely
+        return slope if math.isnan(likely) else likely
 
     def _line_from(self, end: float, period: float) -> tuple[int, float]:
         """The first position of the shortest line that is sure enough, else of the surest.

@@ -103,7 +103,7 @@ def approach_speeds(
     sure = errors <= SURE
     choice = np.where(sure.any(axis=1), sure.argmax(axis=1), errors.argmin(axis=1))
     error = errors[np.arange(len(ends)), choice]
-    row = np.flatnonzero(np.isfinite(error))
+    row = np.flatnonzero(error <= UNSURE)
     begin, count = begin[row, choice[row]], count[row, choice[row]]
 
     aside = np.full(len(ends), np.nan)
@@ -119,7 +119,7 @@ def approach_speeds(
         latest, heights = _latest(positions, first[row], stop[row], ends[row])
         slope = speed[some[row]]
         likely = likely_speed(slope, error[row], aside[row], latest, heights, ends[row])
-        speed[some[row]] = np.where(np.isnan(likely) & (error[row] <= UNSURE), slope, likely)
+        speed[some[row]] = np.where(np.isnan(likely), slope, likely)
     return speed
 
 
