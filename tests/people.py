@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from kendon.errors import KendonError
+from kendon.features import Sampler, observe
 from kendon.geometry import Pose2D, Quaternion, Vec3
+from kendon.observations import Observation
 from kendon.person import JOINTS, PersonFrame, Track
 
 FloatArray = NDArray[np.float64]
+#: A frame this little past an interval's end still belongs to it [s].
+TOLERANCE = 1e-3
 
 
 def matrix(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
@@ -54,6 +58,22 @@ def assert_one_sentence(
         assert f"row {row}" in rest
     if column is not None:
         assert column in rest
+
+
+def stream(track: Track, **options: float) -> list[Observation]:
+    """What a live source would have led to."""
+    sampler = Sampler(**options)  # type: ignore[arg-type]
+    done = [observation for frame in track for observation in sampler.push(frame)]
+    return done + sampler.advance(float(track.t[-1]) + TOLERANCE)
+
+
+def assert_same(streamed: list[Observation], track: Track, **options: float) -> None:
+    """To 1e-9: lists and arrays go through the same formulas, but cosines may round differently."""
+    batch = observe(track, **options)  # type: ignore[arg-type]
+    np.testing.assert_array_equal([o.t for o in streamed], batch.t)
+    values = np.array([o.values for o in streamed])
+    np.testing.assert_array_equal(np.isnan(values), np.isnan(batch.values))
+    np.testing.assert_allclose(values, batch.values, rtol=1e-9, atol=1e-9)
 
 
 angles = st.floats(-math.pi, math.pi)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
-from people import FloatArray, quaternion, tracks
+from people import TOLERANCE, FloatArray, assert_same, quaternion, stream, tracks
 
 from kendon.errors import ParameterError
 from kendon.features import PERIOD, Sampler, head_gaze, observe, observe_all
@@ -19,26 +19,8 @@ from kendon.geometry import Vec3
 from kendon.observations import Observation
 from kendon.person import PersonFrame, Track
 
-#: A frame this little past an interval's end still belongs to it [s].
-TOLERANCE = 1e-3
 UNIX = 1_700_000_000.4
 RATES = [5, 6, 7.5, 9.9, 10, 12.5, 15, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 100, 120]
-
-
-def stream(track: Track, **options: float) -> list[Observation]:
-    """What a live source would have led to."""
-    sampler = Sampler(**options)  # type: ignore[arg-type]
-    done = [observation for frame in track for observation in sampler.push(frame)]
-    return done + sampler.advance(float(track.t[-1]) + TOLERANCE)
-
-
-def assert_same(streamed: list[Observation], track: Track, **options: float) -> None:
-    """To 1e-9: lists and arrays go through the same formulas, but cosines may round differently."""
-    batch = observe(track, **options)  # type: ignore[arg-type]
-    np.testing.assert_array_equal([o.t for o in streamed], batch.t)
-    values = np.array([o.values for o in streamed])
-    np.testing.assert_array_equal(np.isnan(values), np.isnan(batch.values))
-    np.testing.assert_allclose(values, batch.values, rtol=1e-9, atol=1e-9)
 
 
 def walk(t: FloatArray, speed: float = 1.0) -> Track:

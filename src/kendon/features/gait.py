@@ -7,6 +7,9 @@ not. So the slope of the positions is taken together with how people move: they 
 step or two, walk up to the robot, or do something else, and what the head does tells which. The
 speed is its mean given both (Bayes), a mixture of normal distributions in closed form.
 
+Sources of less than ten frames a second tell too few heights of a step, and some tell the same
+height all the time because they only know the ground: then the slope stays what it was.
+
 Where the slope is sure it decides alone. Where heights are as noisy as that rise they tell
 nothing, and what is left is how often people move in which way.
 """
@@ -48,10 +51,14 @@ UNLIKE = 0.5
 #: Heads also rise and fall as nobody's gait explains (nods, bows, wild frames): how often, and
 #: how far, usually and as spread of the logarithm.
 OTHERWISE, ANY_RISE, ANY_UNLIKE = 0.05, 0.03, 1.0
+#: Heads that keep their height to this in a second are nobody's: the height is made up [m].
+MADE_UP = 1e-6
+#: Nobody's head is so high [m].
+HIGHEST = 100.0
 #: No rise is known better than this [m].
 RESOLUTION = 0.0015
 #: A head's heights are assumed this noisy until there are three of them [m].
-PRIOR_NOISE = 0.005
+PRIOR_HEIGHT_NOISE = 0.005
 #: Outer tenths are not looked at: wild frames, and what noise does in its tails.
 _TENTH = 0.1
 #: How far apart the outer tenths of normal noise of size 1 lie.
@@ -83,8 +90,9 @@ def likely_speed(
         end: the instant the speed is of, (...) [s].
 
     Returns:
-        Shape (...), positive when coming closer [m/s]; NaN where too few heights are known.
+        Shape (...), positive when coming closer [m/s]; NaN where heights tell nothing.
     """
+    heights = np.where(np.abs(heights) < HIGHEST, heights, np.nan)
     rise, noise = _rise(t, heights, np.asarray(end)), _noise(t, heights)
     variance = _SPREAD**2 + np.square(error)[..., None]
     # What of a gait's speed is not spent on going past.
@@ -112,7 +120,7 @@ def _log_normal(x: FloatArray, middle: FloatArray, spread: float) -> FloatArray:
 
 
 def _rise(t: FloatArray, heights: FloatArray, end: FloatArray) -> FloatArray:
-    """How far apart the outer tenths of the heights in STRETCH lie, (...); NaN if too few."""
+    """How far apart the outer tenths of the heights in STRETCH lie, (...); NaN where unknown."""
     since = (end - STRETCH - ROUNDED)[..., None]
     recent = (t > since) & np.isfinite(heights)
     ordered = np.sort(np.where(recent, heights, np.nan), axis=-1)  # NaN comes last
@@ -122,8 +130,9 @@ def _rise(t: FloatArray, heights: FloatArray, end: FloatArray) -> FloatArray:
     last = np.where(enough, known - 1, 0)
     with np.errstate(invalid="ignore"):
         span = np.fmax.reduce(stamps, axis=-1) - np.fmin.reduce(stamps, axis=-1)
+        moved = np.fmax.reduce(heights, axis=-1) - np.fmin.reduce(heights, axis=-1)
         rise = _at(ordered, (1 - _TENTH) * last) - _at(ordered, _TENTH * last)
-    return np.where(enough & (span >= SHORTEST), rise, np.nan)
+    return np.where(enough & (span >= SHORTEST) & (moved > MADE_UP), rise, np.nan)
 
 
 def _at(ordered: FloatArray, place: FloatArray) -> FloatArray:
@@ -142,7 +151,7 @@ def _noise(t: FloatArray, heights: FloatArray) -> FloatArray:
     1986): their lower quartile, so that single wild frames do no harm.
     """
     if heights.shape[-1] < 3:
-        return np.full(heights.shape[:-1], PRIOR_NOISE)
+        return np.full(heights.shape[:-1], PRIOR_HEIGHT_NOISE)
     with np.errstate(invalid="ignore"):
         share = (t[..., 1:-1] - t[..., :-2]) / (t[..., 2:] - t[..., :-2])
         between = (1 - share) * heights[..., :-2] + share * heights[..., 2:]
@@ -151,4 +160,4 @@ def _noise(t: FloatArray, heights: FloatArray) -> FloatArray:
     known = np.count_nonzero(np.isfinite(off), axis=-1)
     place = np.maximum(known - 1, 0) // 4
     quartile = np.take_along_axis(off, np.asarray(place)[..., None], -1)[..., 0]
-    return np.where(known > 0, quartile / QUARTILE, PRIOR_NOISE)
+    return np.where(known > 0, quartile / QUARTILE, PRIOR_HEIGHT_NOISE)

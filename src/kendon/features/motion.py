@@ -8,8 +8,8 @@ noise, estimated from the positions themselves, leaves the slope sure enough (ad
 after Janabi-Sharifi, Hayward & Chen 2000). What a slope leaves open the head's rise and fall tells
 (`kendon.features.gait`). One that says next to nothing is unknown.
 
-Somebody who is lost for less than a second and comes back near by has not been elsewhere: the
-line goes on through the positions of before, as if the time between had not been.
+Somebody who is lost for less than a second and comes back near by has gone on meanwhile: the line
+goes on through the positions of before, whose age does not count the time out of sight.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ WINDOWS = (0.2, 0.3, 0.4, 0.6)
 SURE = 0.1
 #: One whose standard error is below this decides alone: no gait is told more exactly [m/s].
 CERTAIN = 0.02
-#: One whose standard error is above this says nothing: more than a walker's speed [m/s].
-UNSURE = 1.5
+#: One whose standard error is above this says nothing by itself, nearly a walker's speed, and above
+#: that nothing even with what the head does [m/s].
+UNSURE, HOPELESS = 1.0, 1.5
 #: So far back the noise is estimated from [s].
 NOISE_SPAN = 1.0
 #: The noise that is assumed while there are too few positions to estimate it: a head sways [m].
@@ -41,16 +42,16 @@ PRIOR_NOISE = 0.02
 INEFFICIENCY = 1.25
 #: Who is back so soon [s], no farther away than a runner comes [m/s], was out of sight only.
 BRIDGED, FASTEST = 1.0, 3.0
-#: Positions of so long ago, not counting when nobody was seen, are never looked at again [s]; they
-#: are let go of when twice as old.
-_KEPT = 1.5 * NOISE_SPAN
+#: Positions this old are never looked at again [s]; they are let go of when twice as old.
+_KEPT = BRIDGED + NOISE_SPAN
 
 
 class Walk:
-    """Where a person was on the ground of the world since they were last lost, and the robot.
+    """Where a person was of late on the ground of the world, and the robot.
 
     Lists and loops, not arrays: a line through seven positions is too little for array arithmetic
-    to pay, and the features of a live person are computed here five times a second.
+    to pay, and the features of a live person are computed here five times a second. Only where
+    the line is not sure are there arrays, of heights.
     """
 
     def __init__(self) -> None:
@@ -79,20 +80,19 @@ class Walk:
         """Take in the next position, known and finite but for z, the head's height."""
         if self._lost and self._t:
             away = t - self._t[-1]
-            way = math.dist((x, y), (self._x[-1], self._y[-1]))
-            if away <= BRIDGED and way <= FASTEST * away:
+            dx, dy = x - self._x[-1], y - self._y[-1]
+            if away <= BRIDGED and math.sqrt(dx * dx + dy * dy) <= FASTEST * away:
                 self._away += away
             else:
                 self.clear()
         self._lost = False
-        seen = t - self._away
-        if self._t and seen - self._seen[0] > 2 * _KEPT:
+        if self._t and t - self._t[0] > 2 * _KEPT:
             # The one before all that are kept stays: the first of them is off the path from it.
-            old = bisect_left(self._seen, seen - _KEPT) - 1
+            old = bisect_left(self._t, t - _KEPT) - 1
             for column in self._columns():
                 del column[:old]
         self._t.append(t)
-        self._seen.append(seen)
+        self._seen.append(t - self._away)
         self._x.append(x)
         self._y.append(y)
         self._z.append(z)
@@ -116,7 +116,7 @@ class Walk:
             Positive when coming closer; NaN where it is not sure enough.
         """
         begin, error = self._line_from(end, period)
-        if error > UNSURE:
+        if error > HOPELESS:
             return math.nan
         t, x, y = self._t[begin:], self._x[begin:], self._y[begin:]
         # Where the lines are now and were a period before, in both directions.
@@ -129,7 +129,9 @@ class Walk:
         latest = bisect_left(self._t, end - NOISE_SPAN - ROUNDED)
         stamps, heights = np.array(self._t[latest:]), np.array(self._z[latest:])
         likely = float(likely_speed(slope, error, aside, stamps, heights, end))
-        return slope if math.isnan(likely) else likely
+        if math.isnan(likely):
+            return slope if error <= UNSURE else math.nan
+        return likely
 
     def _line_from(self, end: float, period: float) -> tuple[int, float]:
         """The first position of the shortest line that is sure enough, else of the surest.
@@ -142,6 +144,7 @@ class Walk:
         best, least = 0, math.inf
         for window in WINDOWS:
             begin = bisect_left(seen, end - self._away - window - ROUNDED)
+            begin = max(begin, bisect_left(stamps, end - BRIDGED - window - ROUNDED))
             count = len(stamps) - begin
             if count < 2:
                 continue

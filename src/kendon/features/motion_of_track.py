@@ -16,6 +16,7 @@ from kendon.features.motion import (
     BRIDGED,
     CERTAIN,
     FASTEST,
+    HOPELESS,
     INEFFICIENCY,
     NOISE_SPAN,
     PRIOR_NOISE,
@@ -73,14 +74,16 @@ def approach_speeds(
         positions: of people who may have been lost between them.
         lost: the newest row at each instant before which the person was lost for an interval or
             more, (K,); 0 if never.
-        stop: the row after the newest one at each instant, (K,).
+        stop: the row after the newest one at each instant, (K,); at least one of them is the
+            instant's own track's.
         ends: the instants, (K,) [s].
         period: the interval between observations [s].
 
     Returns:
         Shape (K,), positive when coming closer; NaN where it is not sure enough.
     """
-    first, seen = _runs(positions, lost, stop)
+    first, away = _runs(positions, lost)
+    first = first[stop - 1]
     speed = np.full(len(ends), np.nan)
     some = np.flatnonzero(stop - first >= 2)
     if not len(some):
@@ -91,8 +94,11 @@ def approach_speeds(
     noise = _noise(positions, first, stop, ends)
 
     # Every window of every instant, (K, W); the best of them, (K,).
-    now = ends - t[stop - 1] + seen.t[stop - 1]
+    seen = Stamps(stamps.track, t - away)
+    now = ends - away[stop - 1]
     begin = seen.search(track[:, None], now[:, None] - np.array(WINDOWS) - ROUNDED)
+    oldest = ends[:, None] - BRIDGED - np.array(WINDOWS) - ROUNDED
+    begin = np.maximum(begin, stamps.search(track[:, None], oldest))
     begin = np.minimum(np.maximum(begin, first[:, None]), stop[:, None] - 1)
     count = stop[:, None] - begin
     span = t[stop - 1][:, None] - t[begin]
@@ -103,7 +109,7 @@ def approach_speeds(
     sure = errors <= SURE
     choice = np.where(sure.any(axis=1), sure.argmax(axis=1), errors.argmin(axis=1))
     error = errors[np.arange(len(ends)), choice]
-    row = np.flatnonzero(error <= UNSURE)
+    row = np.flatnonzero(error <= HOPELESS)
     begin, count = begin[row, choice[row]], count[row, choice[row]]
 
     aside = np.full(len(ends), np.nan)
@@ -119,33 +125,39 @@ def approach_speeds(
         latest, heights = _latest(positions, first[row], stop[row], ends[row])
         slope = speed[some[row]]
         likely = likely_speed(slope, error[row], aside[row], latest, heights, ends[row])
-        speed[some[row]] = np.where(np.isnan(likely), slope, likely)
+        alone = np.where(error[row] <= UNSURE, slope, np.nan)
+        speed[some[row]] = np.where(np.isnan(likely), alone, likely)
     return speed
 
 
-def _runs(positions: Positions, lost: IntArray, stop: IntArray) -> tuple[IntArray, Stamps]:
-    """The row at which the run of each instant begins, (K,), and stamps without time out of sight.
+def _runs(positions: Positions, lost: IntArray) -> tuple[IntArray, FloatArray]:
+    """Where the run of each row begins, and how long until then people were out of sight in it.
 
     A run begins with a track, and where somebody comes back too late or too far away to have been
     out of sight only.
+
+    Returns:
+        Both (N,), rows and [s].
     """
     track, t = positions.stamps
-    if not len(t):
-        return np.zeros_like(stop), positions.stamps
     back = np.unique(lost[(lost > 0) & (lost < len(t))])
     back = back[track[back] == track[back - 1]]
-    away = t[back] - t[back - 1]
+    gaps = t[back] - t[back - 1]
     way = _length((positions.person[back] - positions.person[back - 1]).T)
-    bridged = (away <= BRIDGED) & (way <= FASTEST * away)
+    bridged = (gaps <= BRIDGED) & (way <= FASTEST * gaps)
 
     begins = np.zeros(len(t), dtype=int)
     for rows in (back[~bridged], np.flatnonzero(np.diff(track)) + 1):
         begins[rows] = rows
     begins = np.maximum.accumulate(begins)
-    out = np.zeros(len(t))
-    out[back[bridged]] = away[bridged]
-    out = np.cumsum(out)
-    return begins[np.maximum(stop - 1, 0)], Stamps(track, t - (out - out[begins]))
+    # Summed up one by one as a `Walk` does it: sums over all tracks would round differently.
+    away, total, run = np.zeros(len(t)), 0.0, -1
+    for row, gap in zip(back[bridged].tolist(), gaps[bridged].tolist(), strict=True):
+        total = total + gap if begins[row] == run else gap
+        run = begins[row]
+        away[row] = total
+    newest = np.maximum.accumulate(np.where(away > 0, np.arange(len(t)), begins))
+    return begins, away[newest]
 
 
 def _speeds_of_lines(

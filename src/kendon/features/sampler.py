@@ -55,8 +55,8 @@ class Sampler:
 
     Args:
         robot_face: the robot's face in its base frame [m].
-        period: the interval between observations [s]; the speed is told from the last 0.6 s at
-            most, and is unknown where the period is more than twice that.
+        period: the interval between observations [s]; the speed is told from the last 0.6 s of
+            sight at most, and is unknown where the period is more than twice that.
 
     Raises:
         ParameterError: the face is not finite, or the period is not positive.

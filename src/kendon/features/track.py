@@ -236,8 +236,10 @@ def _speeds(
     lost = np.concatenate([[0], np.maximum.accumulate(np.where(blind, stop, 0))[:-1]])
     there = Stamps(stamps.track[known], stamps.t[known])
     positions = Positions(there, places[known], head[known, 2], robot[known, :2])
-    speeds = approach_speeds(positions, lost, stop, intervals.t, period)
-    speeds[blind] = np.nan
+    speeds = np.full(len(intervals.t), np.nan)
+    seen = np.flatnonzero(~blind)
+    if len(seen):
+        speeds[seen] = approach_speeds(positions, lost[seen], stop[seen], intervals.t[seen], period)
     return speeds
 
 
