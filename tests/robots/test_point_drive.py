@@ -112,10 +112,12 @@ class TestReachingGoals:
     @settings(max_examples=40, deadline=None)
     @given(goal=poses)
     def test_how_time_is_cut_hardly_matters(self, goal: Pose2D) -> None:
-        """10 Hz and 100 Hz: 3 cm and 0.15 rad on the way, 5 mm and the yaw tolerance at the end.
+        """10 Hz and 100 Hz: 3 cm and 0.1 rad on the way, 5 mm and the yaw tolerance at the end.
 
-        0.15 rad: one may stop turning to the way, and begin turning to the goal, a tick sooner.
+        For a goal a few millimetres outside the position tolerance the steps decide how soon the
+        base is inside, and so when it turns to the goal's yaw: there the way's yaws may differ.
         """
+        hair = 0.05 < math.hypot(goal.x, goal.y) < 0.057
         slow, fast = PointRobot(), PointRobot()
         drives = slow.go_to(goal), fast.go_to(goal)
         for i in range(1, 301):
@@ -123,7 +125,7 @@ class TestReachingGoals:
             for j in range(9, -1, -1):
                 fast.update(i / 10 - j / 100)
             assert slow.pose.distance_to(fast.pose) < 0.03
-            assert abs(wrap_angle(slow.pose.yaw - fast.pose.yaw)) < 0.15
+            assert hair or abs(wrap_angle(slow.pose.yaw - fast.pose.yaw)) < 0.1
             if not any(d.running for d in drives):
                 break
         assert all(d.status is CommandStatus.SUCCEEDED for d in drives)

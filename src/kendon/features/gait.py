@@ -63,7 +63,8 @@ PRIOR_HEIGHT_NOISE = 0.005
 _TENTH = 0.1
 #: How far apart the outer tenths of normal noise of size 1 lie.
 _NOISE_RISE = 2.563
-#: The lower quartile of the absolute value of a standard normal variable.
+#: The lower quartile of the absolute value of a standard normal variable. The quartile, not the
+#: median: a single wild value spoils the comparison with its two neighbours as well.
 QUARTILE = 0.3186
 #: Stamps are rounded to milliseconds or finer in files [s].
 ROUNDED = 1e-3
